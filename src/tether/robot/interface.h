@@ -1,0 +1,46 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+namespace tether::robot {
+
+/// What a gripper is told: a finger opening to servo to, or a force to close with.
+struct GripperCommand {
+  enum class Mode { kOpening, kForce };
+  Mode mode = Mode::kOpening;
+  double opening = 0;  ///< Distance between the finger pads, m; with kOpening.
+  double force = 0;    ///< Closing force at each pad, N; with kForce.
+};
+
+/// What one arm is told for one control period. Torques exclude nothing: gravity is the controller's business.
+struct Command {
+  Eigen::VectorXd torque;  ///< n, Nm
+  GripperCommand gripper;
+};
+
+/// What one arm's own sensors say.
+struct Observation {
+  double time = 0;               ///< s
+  Eigen::VectorXd q;             ///< n, rad
+  Eigen::VectorXd v;             ///< n, rad/s
+  Eigen::VectorXd tau_external;  ///< n, Nm: estimated joint torques due to contact (payload included)
+  double gripper_opening = 0;    ///< Distance between the finger pads, m
+};
+
+using Commands = std::map<std::string, Command>;          ///< By robot name.
+using Observations = std::map<std::string, Observation>;  ///< By robot name.
+
+/// A set of robots that can be commanded at a fixed rate: the simulation, or hardware.
+class Interface {
+ public:
+  virtual ~Interface() = default;
+  virtual Observations Observe() const = 0;
+  /// Holds the commands for one control period of `period` seconds, and returns when it has passed.
+  virtual void Apply(const Commands& commands, double period) = 0;
+};
+
+}  // namespace tether::robot

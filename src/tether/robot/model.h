@@ -1,0 +1,103 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/shape.h"
+#include "tether/math/pose.h"
+
+namespace tether::robot {
+
+/// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the pads, z the
+/// approach direction (out of the palm), y the closing axis.
+struct Gripper {
+  double max_opening = 0;      ///< Greatest distance between the pads, m.
+  double pad_half_width = 0;   ///< Half the pad's extent along x, m.
+  double pad_half_height = 0;  ///< Half the pad's extent along z, m.
+  double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
+  double max_force = 0;        ///< N at each pad.
+};
+
+/// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand frame, is
+/// between `min` and `max` from `centre`, fixed in the base frame. An outer approximation of the arm's reach.
+struct Reach {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();       ///< In the base frame, m.
+  Eigen::Vector3d wrist_hand = Eigen::Vector3d::Zero();   ///< The wrist point in the hand frame, m.
+  double min = 0;                                         ///< m
+  double max = 0;                                         ///< m
+};
+
+/// One arm with its gripper: an immutable model, shared freely between threads. Kinematics and dynamics come from
+/// MuJoCo; what changes per configuration lives in State.
+class Model {
+ public:
+  /// Loads a robot description (format `tether.robot/1`): the name of a shipped model ("panda"), or a path to a YAML
+  /// file. Throws InputError with what is wrong and which models there are.
+  static std::shared_ptr<const Model> Load(const std::string& name_or_path);
+
+  ~Model();
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+
+  const std::string& name() const;
+  int dof() const;  ///< n, arm joints without the fingers.
+  const std::vector<std::string>& joint_names() const;
+  const Eigen::VectorXd& lower() const;         ///< n, rad
+  const Eigen::VectorXd& upper() const;         ///< n, rad
+  const Eigen::VectorXd& max_velocity() const;  ///< n, rad/s
+  const Eigen::VectorXd& max_torque() const;    ///< n, Nm
+  const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
+  const Gripper& gripper() const;
+  const Reach& reach() const;
+  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where it
+  /// comes near things: the fingers are capsules along z (ERRATA A12).
+  geometry::Shape HandShape(double opening) const;
+
+  /// The MuJoCo description that the simulation builds on: file text and path.
+  const std::string& mjcf() const;
+  const std::string& mjcf_path() const;
+  /// The description's own names: hand site, arm joints in order, finger joints.
+  const std::string& hand_site() const;
+  const std::vector<std::string>& finger_joints() const;
+
+ private:
+  friend class State;
+  struct Impl;
+  explicit Model(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The kinematics and dynamics of a model at one configuration; the mutable part, one per thread. Poses are in the robot's
+/// base frame B. Set() allocates nothing.
+class State {
+ public:
+  explicit State(std::shared_ptr<const Model> model);
+  ~State();
+  State(State&&) noexcept;
+  State& operator=(State&&) noexcept;
+
+  /// Sets joint positions (rad) and velocities (rad/s), both of size n, and computes everything below.
+  void Set(const Eigen::VectorXd& q, const Eigen::VectorXd& v);
+
+  const Model& model() const;
+  const Eigen::VectorXd& q() const;
+  const Eigen::VectorXd& v() const;
+  const math::Pose& X_BH() const;          ///< Pose of the hand (grasp point) in the base frame.
+  /// 6 × n: (velocity of the hand's origin; angular velocity), both in the base frame, is J v.
+  const Eigen::MatrixXd& J_BH() const;
+  const Eigen::MatrixXd& M() const;        ///< n × n joint-space inertia, fingers counted with the hand.
+  const Eigen::VectorXd& bias() const;     ///< n: Coriolis, centrifugal and gravity torques.
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The folder that holds shipped data (`models/`, `scenarios/`): beside the sources in a build tree, or as installed. The
+/// environment variable TETHER_DATA_DIR overrides it.
+std::string DataDirectory();
+
+}  // namespace tether::robot
