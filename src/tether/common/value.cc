@@ -63,14 +63,15 @@ const Value* Value::Find(std::string_view key) const {
   return nullptr;
 }
 
-Value& Value::Set(std::string_view key, Value value) {
+Value& Value::Set(std::string_view key, Value value, Location where) {
   for (Member& member : members_) {
     if (member.key == key) {
       member.value = std::move(value);
+      member.where = std::move(where);
       return *this;
     }
   }
-  members_.push_back({std::string(key), Location{}, std::move(value)});
+  members_.push_back({std::string(key), std::move(where), std::move(value)});
   return *this;
 }
 

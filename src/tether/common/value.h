@@ -60,8 +60,9 @@ class Value {
   const std::vector<Member>& members() const;
   /// The member with this key, or null.
   const Value* Find(std::string_view key) const;
-  /// Adds a member, or replaces the one that has the key. Returns *this, for chaining.
-  Value& Set(std::string_view key, Value value);
+  /// Adds a member, or replaces the one that has the key. `where` is the key's place, if it has one. Returns *this,
+  /// for chaining.
+  Value& Set(std::string_view key, Value value, Location where = {});
 
  private:
   friend class YamlReader;
