@@ -16,7 +16,8 @@ struct GripperCommand {
   double force = 0;    ///< Closing force at each pad, N; with kForce.
 };
 
-/// What one arm is told for one control period. Torques exclude nothing: gravity is the controller's business.
+/// What one arm is told for one control period. Torques exclude nothing: gravity is the controller's
+/// business.
 struct Command {
   Eigen::VectorXd torque;  ///< n, Nm
   GripperCommand gripper;

@@ -11,8 +11,8 @@
 
 namespace tether::robot {
 
-/// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the pads, z the
-/// approach direction (out of the palm), y the closing axis.
+/// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the
+/// pads, z the approach direction (out of the palm), y the closing axis.
 struct Gripper {
   double max_opening = 0;      ///< Greatest distance between the pads, m.
   double pad_half_width = 0;   ///< Half the pad's extent along x, m.
@@ -21,21 +21,23 @@ struct Gripper {
   double max_force = 0;        ///< N at each pad.
 };
 
-/// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand frame, is
-/// between `min` and `max` from `centre`, fixed in the base frame. An outer approximation of the arm's reach.
+/// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand
+/// frame, is between `min` and `max` from `centre`, fixed in the base frame. An outer approximation of the
+/// arm's reach.
 struct Reach {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();       ///< In the base frame, m.
-  Eigen::Vector3d wrist_hand = Eigen::Vector3d::Zero();   ///< The wrist point in the hand frame, m.
-  double min = 0;                                         ///< m
-  double max = 0;                                         ///< m
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();      ///< In the base frame, m.
+  Eigen::Vector3d wrist_hand = Eigen::Vector3d::Zero();  ///< The wrist point in the hand frame, m.
+  double min = 0;                                        ///< m
+  double max = 0;                                        ///< m
 };
 
-/// One arm with its gripper: an immutable model, shared freely between threads. Kinematics and dynamics come from
-/// MuJoCo; what changes per configuration lives in State.
+/// One arm with its gripper: an immutable model, shared freely between threads. Kinematics and dynamics come
+/// from MuJoCo; what changes per configuration lives in State.
 class Model {
  public:
-  /// Loads a robot description (format `tether.robot/1`): the name of a shipped model ("panda"), or a path to a YAML
-  /// file. Throws InputError with what is wrong and which models there are.
+  /// Loads a robot description (format `tether.robot/1`): the name of a shipped model ("panda"), or a path to
+  /// a YAML file (anything with a folder or ending in .yaml). Throws InputError with what is wrong and which
+  /// models there are. The format is documented at the top of models/robots/panda.yaml.
   static std::shared_ptr<const Model> Load(const std::string& name_or_path);
 
   ~Model();
@@ -52,8 +54,8 @@ class Model {
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;
-  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where it
-  /// comes near things: the fingers are capsules along z (ERRATA A12).
+  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where
+  /// it comes near things: the fingers are capsules along z (ERRATA A12).
   geometry::Shape HandShape(double opening) const;
 
   /// The MuJoCo description that the simulation builds on: file text and path.
@@ -70,11 +72,14 @@ class Model {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The kinematics and dynamics of a model at one configuration; the mutable part, one per thread. Poses are in the robot's
-/// base frame B. Set() allocates nothing.
+/// The kinematics and dynamics of a model at one configuration; the mutable part, one per thread. Poses are
+/// in the robot's base frame B. Set() allocates nothing.
 class State {
  public:
-  explicit State(std::shared_ptr<const Model> model);
+  /// Set to `home`, at rest. `gravity_B` is the gravity acceleration in the base frame, m/s²: for a base that
+  /// is mounted tilted, R_WBᵀ (0, 0, −9.81).
+  explicit State(std::shared_ptr<const Model> model,
+                 const Eigen::Vector3d& gravity_B = Eigen::Vector3d(0, 0, -9.81));
   ~State();
   State(State&&) noexcept;
   State& operator=(State&&) noexcept;
@@ -85,19 +90,20 @@ class State {
   const Model& model() const;
   const Eigen::VectorXd& q() const;
   const Eigen::VectorXd& v() const;
-  const math::Pose& X_BH() const;          ///< Pose of the hand (grasp point) in the base frame.
+  const math::Pose& X_BH() const;  ///< Pose of the hand (grasp point) in the base frame.
   /// 6 × n: (velocity of the hand's origin; angular velocity), both in the base frame, is J v.
   const Eigen::MatrixXd& J_BH() const;
-  const Eigen::MatrixXd& M() const;        ///< n × n joint-space inertia, fingers counted with the hand.
-  const Eigen::VectorXd& bias() const;     ///< n: Coriolis, centrifugal and gravity torques.
+  const Eigen::MatrixXd& M()
+      const;  ///< n × n joint-space inertia, kg m²; fingers ride with the hand, as when closed.
+  const Eigen::VectorXd& bias() const;  ///< n, Nm: Coriolis, centrifugal and gravity torques.
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// The folder that holds shipped data (`models/`, `scenarios/`): beside the sources in a build tree, or as installed. The
-/// environment variable TETHER_DATA_DIR overrides it.
+/// The folder that holds shipped data (`models/`, `scenarios/`): beside the sources in a build tree, or as
+/// installed. The environment variable TETHER_DATA_DIR overrides it.
 std::string DataDirectory();
 
 }  // namespace tether::robot

@@ -1,0 +1,289 @@
+#include "tether/robot/model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include <mujoco/mujoco.h>
+
+#include "tether/common/reader.h"
+#include "tether/robot/model_impl.h"
+#include "tether/robot/mujoco_setup.h"
+
+namespace tether::robot {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFormat = "tether.robot/1";
+
+std::vector<std::string> ShippedModels(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path FindDescription(const std::string& name_or_path) {
+  const fs::path path(name_or_path);
+  const std::string extension = path.extension().string();
+  if (path.has_parent_path() || extension == ".yaml" || extension == ".yml") return path;
+  const fs::path folder = fs::path(DataDirectory()) / "models" / "robots";
+  const fs::path shipped = folder / (name_or_path + ".yaml");
+  if (fs::exists(shipped)) return shipped;
+  const std::vector<std::string> names = ShippedModels(folder);
+  const std::string nearest = NearestMatch(name_or_path, names);
+  throw InputError("there is no robot model '" + name_or_path + "'",
+                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " +
+                       JoinAlternatives(names) + ", or the path of a YAML file of format " + kFormat);
+}
+
+double Positive(ObjectReader& reader, std::string_view key) {
+  const Value* value = reader.Required(key, "a finite number above zero");
+  return value ? ReadPositive(*value, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics())
+               : 1;
+}
+
+double RequiredNumber(ObjectReader& reader, std::string_view key) {
+  const Value* value = reader.Required(key, "a finite number");
+  return value ? ReadNumber(*value, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics())
+               : 0;
+}
+
+std::string RequiredText(ObjectReader& reader, std::string_view key, std::string_view accepted) {
+  const Value* value = reader.Required(key, accepted);
+  return value ? ReadText(*value, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics())
+               : "";
+}
+
+Eigen::VectorXd RequiredVector(ObjectReader& reader, std::string_view key, int size) {
+  const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(size);
+  const Value* value = reader.Required(key, "a list of " + std::to_string(size) + " finite numbers");
+  if (value == nullptr) return zeros;
+  return ReadVector(*value, size, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics())
+      .value_or(zeros);
+}
+
+std::vector<std::string> RequiredNames(ObjectReader& reader, std::string_view key) {
+  const Value* value = reader.Required(key, "a list of names of joints");
+  std::vector<std::string> names = reader.TextList(key);
+  if (value != nullptr && value->is_array() && names.empty()) {
+    reader.diagnostics().Add(value->where(), "'" + std::string(key) + "' of " + reader.what() + " is empty",
+                             "a list of names of joints is accepted");
+  }
+  const std::set<std::string> distinct(names.begin(), names.end());
+  if (distinct.size() != names.size()) {
+    reader.diagnostics().Add(value->where(),
+                             "'" + std::string(key) + "' of " + reader.what() + " names a joint twice",
+                             "each joint once is accepted");
+  }
+  return names;
+}
+
+void ReadGripper(const Value& value, Gripper& gripper, std::vector<std::string>& joints,
+                 Diagnostics& diagnostics) {
+  ObjectReader reader(value, "gripper", diagnostics);
+  joints = RequiredNames(reader, "joints");
+  gripper.max_opening = Positive(reader, "max_opening");
+  gripper.pad_half_width = Positive(reader, "pad_half_width");
+  gripper.pad_half_height = Positive(reader, "pad_half_height");
+  gripper.palm_depth = Positive(reader, "palm_depth");
+  gripper.max_force = Positive(reader, "max_force");
+  reader.Finish();
+}
+
+void ReadReach(const Value& value, Reach& reach, Diagnostics& diagnostics) {
+  ObjectReader reader(value, "reach", diagnostics);
+  reach.centre = RequiredVector(reader, "centre", 3);
+  reach.wrist_hand = RequiredVector(reader, "wrist", 3);
+  reach.min = RequiredNumber(reader, "min");
+  reach.max = Positive(reader, "max");
+  reader.Finish();
+  if (reach.min < 0 || reach.min >= reach.max) {
+    diagnostics.Add(value.where(),
+                    "reach has min " + WriteJson(reach.min, 0) + " and max " + WriteJson(reach.max, 0),
+                    "0 ≤ min < max is accepted");
+  }
+}
+
+void ReadSolid(const Value& value, HandSolid& solid, Diagnostics& diagnostics) {
+  ObjectReader reader(value, "solid", diagnostics);
+  if (const Value* palm = reader.Required("palm", "a map with radius, length and position")) {
+    ObjectReader part(*palm, "palm", diagnostics);
+    solid.palm_radius = Positive(part, "radius");
+    solid.palm_length = Positive(part, "length");
+    solid.palm_position = RequiredVector(part, "position", 3);
+    part.Finish();
+  }
+  if (const Value* finger = reader.Required("finger", "a map with radius, outward, from and to")) {
+    ObjectReader part(*finger, "finger", diagnostics);
+    solid.finger_radius = Positive(part, "radius");
+    solid.finger_outward = RequiredNumber(part, "outward");
+    solid.finger_from = RequiredNumber(part, "from");
+    solid.finger_to = RequiredNumber(part, "to");
+    part.Finish();
+    if (solid.finger_from >= solid.finger_to) {
+      diagnostics.Add(finger->where(), "finger has 'from' at or above 'to'",
+                      "heights in the hand frame with from < to are accepted");
+    }
+  }
+  reader.Finish();
+}
+
+void CheckPositive(const Value& root, std::string_view key, const Eigen::VectorXd& vector,
+                   Diagnostics& diagnostics) {
+  const Value* value = root.Find(key);
+  if (value == nullptr || vector.size() == 0 || (vector.array() > 0).all() || vector.isZero()) return;
+  diagnostics.Add(value->where(), "'" + std::string(key) + "' has an entry that is not above zero",
+                  "numbers above zero are accepted");
+}
+
+std::vector<std::string> NamesOf(const mjModel* model, int type, int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) {
+    if (const char* name = mj_id2name(model, type, i)) names.emplace_back(name);
+  }
+  return names;
+}
+
+// The id of a joint or site of the MJCF file, or −1 after reporting that it isn't there.
+int FindInMjcf(const mjModel* model, mjtObj type, int count, const std::string& word, const std::string& name,
+               const Location& where, Diagnostics& diagnostics) {
+  const int id = mj_name2id(model, type, name.c_str());
+  if (id >= 0) return id;
+  const std::vector<std::string> names = NamesOf(model, type, count);
+  const std::string nearest = NearestMatch(name, names);
+  diagnostics.Add(where, "the MJCF file has no " + word + " '" + name + "'",
+                  (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
+                      (names.empty() ? "it has none" : "accepted: " + JoinAlternatives(names)));
+  return -1;
+}
+
+}  // namespace
+
+void Model::Impl::DeleteModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
+
+Model::Model(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Model::~Model() = default;
+
+std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
+  PrepareMujoco();
+  const fs::path path = FindDescription(name_or_path);
+  const Value root = ReadYaml(path.string());
+  auto impl = std::make_unique<Impl>();
+  Diagnostics diagnostics;
+
+  ObjectReader reader(root, "the robot description", diagnostics);
+  if (const Value* format = reader.Required("format", kFormat); format && format->AsText() != kFormat) {
+    diagnostics.Add(format->where(), "format is '" + format->AsText() + "'",
+                    std::string(kFormat) + " is accepted");
+  }
+  impl->name = RequiredText(reader, "name", "a name");
+  const std::string mjcf = RequiredText(reader, "mjcf", "the path of an MJCF file, relative to this one");
+  impl->joints = RequiredNames(reader, "joints");
+  const int n = static_cast<int>(impl->joints.size());
+  impl->max_torque = RequiredVector(reader, "max_torque", n);
+  impl->max_velocity = RequiredVector(reader, "max_velocity", n);
+  impl->home = RequiredVector(reader, "home", n);
+  impl->hand_site = RequiredText(reader, "hand", "the name of a site");
+  if (const Value* value = reader.Required("gripper", "a map")) {
+    ReadGripper(*value, impl->gripper, impl->finger_joints, diagnostics);
+  }
+  if (const Value* value = reader.Required("reach", "a map")) ReadReach(*value, impl->reach, diagnostics);
+  if (const Value* value = reader.Required("solid", "a map")) ReadSolid(*value, impl->solid, diagnostics);
+  reader.Finish();
+  CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
+  CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
+  diagnostics.ThrowIfAny();
+
+  impl->mjcf_path = (path.parent_path() / mjcf).string();
+  try {
+    impl->mjcf = ReadFile(impl->mjcf_path);
+  } catch (const InputError& error) {
+    diagnostics.Add(root.Find("mjcf")->where(), error.what(),
+                    "the path of an MJCF file, relative to this one");
+    diagnostics.ThrowIfAny();
+  }
+  std::array<char, 1000> message{};
+  try {
+    impl->mujoco.reset(mj_loadXML(impl->mjcf_path.c_str(), nullptr, message.data(), message.size()));
+  } catch (const MujocoError& error) {
+    throw InputError({{{impl->mjcf_path}, error.what(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
+  }
+  if (impl->mujoco == nullptr) {
+    throw InputError({{{impl->mjcf_path}, message.data(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
+  }
+
+  const mjModel* model = impl->mujoco.get();
+  impl->lower.resize(n);
+  impl->upper.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const Location& where = root.Find("joints")->items()[i].where();
+    const std::string& joint = impl->joints[i];
+    const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
+    if (id < 0) continue;
+    if (model->jnt_type[id] != mjJNT_HINGE || !model->jnt_limited[id]) {
+      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a hinge with limits",
+                      "a joint of type hinge with a range is accepted");
+      continue;
+    }
+    impl->qpos_address.push_back(model->jnt_qposadr[id]);
+    impl->dof_address.push_back(model->jnt_dofadr[id]);
+    impl->lower[i] = model->jnt_range[2 * id];
+    impl->upper[i] = model->jnt_range[2 * id + 1];
+    if (impl->home[i] < impl->lower[i] || impl->home[i] > impl->upper[i]) {
+      diagnostics.Add(
+          root.Find("home")->where(), "home has joint '" + joint + "' at " + WriteJson(impl->home[i], 0),
+          "its limits are " + WriteJson(impl->lower[i], 0) + " and " + WriteJson(impl->upper[i], 0));
+    }
+  }
+  for (size_t i = 0; i < impl->finger_joints.size(); ++i) {
+    const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
+    const std::string& joint = impl->finger_joints[i];
+    const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
+    if (id >= 0 && (model->jnt_type[id] != mjJNT_SLIDE || !model->jnt_limited[id])) {
+      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a slide with limits",
+                      "a joint of type slide with a range is accepted");
+    }
+  }
+  impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
+                             root.Find("hand")->where(), diagnostics);
+  diagnostics.ThrowIfAny();
+  return std::shared_ptr<const Model>(new Model(std::move(impl)));
+}
+
+const std::string& Model::name() const { return impl_->name; }
+int Model::dof() const { return static_cast<int>(impl_->joints.size()); }
+const std::vector<std::string>& Model::joint_names() const { return impl_->joints; }
+const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
+const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
+const Eigen::VectorXd& Model::max_velocity() const { return impl_->max_velocity; }
+const Eigen::VectorXd& Model::max_torque() const { return impl_->max_torque; }
+const Eigen::VectorXd& Model::home() const { return impl_->home; }
+const Gripper& Model::gripper() const { return impl_->gripper; }
+const Reach& Model::reach() const { return impl_->reach; }
+const std::string& Model::mjcf() const { return impl_->mjcf; }
+const std::string& Model::mjcf_path() const { return impl_->mjcf_path; }
+const std::string& Model::hand_site() const { return impl_->hand_site; }
+const std::vector<std::string>& Model::finger_joints() const { return impl_->finger_joints; }
+
+geometry::Shape Model::HandShape(double opening) const {
+  const HandSolid& solid = impl_->solid;
+  std::vector<geometry::Part> parts;
+  const math::Pose X_HPalm(math::RotationFromRpy({M_PI / 2, 0, 0}), solid.palm_position);
+  parts.push_back({geometry::Capsule{solid.palm_radius, solid.palm_length}, X_HPalm});
+  for (const double side : {1.0, -1.0}) {
+    const math::Pose X_HFinger(Eigen::Vector3d(0, side * (opening / 2 + solid.finger_outward),
+                                               (solid.finger_from + solid.finger_to) / 2));
+    parts.push_back({geometry::Capsule{solid.finger_radius, solid.finger_to - solid.finger_from}, X_HFinger});
+  }
+  return geometry::Shape(std::move(parts));
+}
+
+}  // namespace tether::robot

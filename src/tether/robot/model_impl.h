@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/robot/model.h"
+
+struct mjModel_;
+
+namespace tether::robot {
+
+/// The hand as planning sees it: capsules in the hand frame. See models/robots/panda.yaml.
+struct HandSolid {
+  double palm_radius = 0;
+  double palm_length = 0;
+  Eigen::Vector3d palm_position = Eigen::Vector3d::Zero();
+  double finger_radius = 0;
+  double finger_outward = 0;
+  double finger_from = 0;
+  double finger_to = 0;
+};
+
+struct Model::Impl {
+  struct DeleteModel {
+    void operator()(mjModel_* model) const;
+  };
+
+  std::string name;
+  std::vector<std::string> joints;
+  std::vector<std::string> finger_joints;
+  std::string hand_site;
+  Eigen::VectorXd lower, upper, max_velocity, max_torque, home;
+  Gripper gripper;
+  Reach reach;
+  HandSolid solid;
+  std::string mjcf;
+  std::string mjcf_path;
+
+  std::unique_ptr<mjModel_, DeleteModel> mujoco;
+  int site_id = -1;
+  std::vector<int> qpos_address;  ///< Per arm joint.
+  std::vector<int> dof_address;   ///< Per arm joint.
+};
+
+}  // namespace tether::robot
