@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@ namespace tether::nlp {
 
 /// A point of a program: a value for each block of variables.
 struct Point {
-  std::vector<math::Pose> poses;          ///< By the index that AddPose returned.
-  std::vector<Eigen::VectorXd> vectors;   ///< By the index that AddVector returned.
+  std::vector<math::Pose> poses;         ///< By the index that AddPose returned.
+  std::vector<Eigen::VectorXd> vectors;  ///< By the index that AddVector returned.
 };
 
 /// A reference to a block of variables: a pose of SE(3), tangent dimension 6, or a vector.
@@ -31,22 +32,22 @@ using JacobianRef = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
 /// A vector-valued function of some blocks. One residual serves as cost, equality or inequality.
 ///
-/// Identities that every residual keeps: evaluating changes nothing and depends on nothing but the point; asking for
-/// the Jacobian never changes the value; the Jacobian is exact, in right perturbations of poses (see math::Pose) and plain
-/// differences of vectors. `blocks()` are distinct. Where the function has a kink (ties in geometry), the Jacobian
-/// is that of one of the branches.
+/// Identities that every residual keeps: evaluating changes nothing and depends on nothing but the point;
+/// asking for the Jacobian never changes the value; the Jacobian is exact, in right perturbations of poses
+/// (see math::Pose) and plain differences of vectors. `blocks()` are distinct. Where the function has a kink
+/// (ties in geometry), the Jacobian is that of one of the branches.
 class Residual {
  public:
   virtual ~Residual() = default;
 
-  const std::string& name() const { return name_; }   ///< For people: "rests_on(hook, table)".
-  int step() const { return step_; }                  ///< The key pose that it is stated at.
+  const std::string& name() const { return name_; }  ///< For people: "rests_on(hook, table)".
+  int step() const { return step_; }                 ///< The key pose that it is stated at.
   int size() const { return size_; }
-  Unit unit() const { return unit_; }                 ///< Of every row.
+  Unit unit() const { return unit_; }  ///< Of every row.
   const std::vector<BlockRef>& blocks() const { return blocks_; }
 
-  /// Writes the `size()` rows to `r`. If `J` is not null, also the Jacobian: size() rows, and for each block in the order of
-  /// blocks() its tangent dimension in columns; every entry is written.
+  /// Writes the `size()` rows to `r`. If `J` is not null, also the Jacobian: size() rows, and for each block
+  /// in the order of blocks() its tangent dimension in columns; every entry is written.
   virtual void Evaluate(const Point& x, VectorRef r, JacobianRef* J) const = 0;
 
  protected:
@@ -69,7 +70,8 @@ struct Term {
   Role role;
 };
 
-/// minimise Σ ‖r_cost‖² subject to r_eq = 0, r_in ≤ 0. Immutable after it is built; safe to evaluate from many threads.
+/// minimise Σ ‖r_cost‖² subject to r_eq = 0, r_in ≤ 0. Immutable after it is built; safe to evaluate from
+/// many threads.
 class Program {
  public:
   BlockRef AddPose(std::string name);
@@ -101,11 +103,17 @@ class Program {
   std::vector<Term> terms_;
 };
 
+/// The point moved by `delta`, one coordinate per tangent dimension in the order of Program::Offset(): poses
+/// by the right perturbation X · Exp(δ), vectors by addition. Bounds are not looked at.
+Point Retract(const Point& x, const Eigen::VectorXd& delta);
+
 /// How well a point does, in the program's own units.
 struct Assessment {
   double cost = 0;
   double max_violation_m = 0;
   double max_violation_rad = 0;
+  double max_violation_other = 0;  ///< Of rows without a unit.
+  double max_bound_violation = 0;  ///< Of the bounds of vectors, in the vector's own unit.
   /// One entry per constraint row that is violated by more than 1e-9, largest first.
   struct Violation {
     const Residual* residual;
@@ -113,13 +121,13 @@ struct Assessment {
     double amount;  ///< In the residual's unit, > 0.
   };
   std::vector<Violation> violations;
-  bool finite = true;  ///< No residual gave NaN or infinity.
+  bool finite = true;      ///< No residual gave NaN or infinity.
   std::string not_finite;  ///< Name of the first residual that did.
 };
 Assessment Assess(const Program& program, const Point& x);
 
-/// Compares a residual's Jacobian at `x` with numeric differentiation. Returns the largest absolute difference over
-/// max(1, the largest entry). For tests and for checking constraints that users add.
+/// Compares a residual's Jacobian at `x` with numeric differentiation. Returns the largest absolute
+/// difference over max(1, the largest entry). For tests and for checking constraints that users add.
 double JacobianError(const Residual& residual, const Program& program, const Point& x, double step = 1e-5);
 
 }  // namespace tether::nlp

@@ -11,10 +11,10 @@ namespace tether::nlp {
 
 struct Options {
   int max_iterations = 1000;
-  double time_limit_s = 60;        ///< Wall clock, for one solve.
+  double time_limit_s = 60;            ///< Wall clock, for one solve.
   double constraint_tolerance = 1e-6;  ///< Aim, m and rad; what counts as feasible is the caller's business.
-  double cost_tolerance = 1e-6;    ///< Relative optimality aim.
-  bool trace = false;              ///< Record every iteration (Paper A, Fig. 5).
+  double cost_tolerance = 1e-6;        ///< Relative optimality aim.
+  bool trace = false;                  ///< Record every iteration (Paper A, Fig. 5).
   const std::atomic<bool>* stop = nullptr;  ///< Ends the solve soon after it becomes true.
   /// Throws InputError naming the field that is out of range.
   void Validate() const;
@@ -23,11 +23,12 @@ struct Options {
 enum class Status {
   kNotCalled,
   kSolved,             ///< Converged to a point that the solver holds to be feasible and locally optimal.
-  kLocallyInfeasible,  ///< Converged to a point where the violation cannot be lowered locally. No proof of anything.
+  kLocallyInfeasible,  ///< Converged to a point where the violation cannot be lowered locally. No proof of
+                       ///< anything.
   kIterationLimit,
   kTimeLimit,
   kInterrupted,
-  kFailed,             ///< The solver broke down; `message` says how.
+  kFailed,  ///< The solver broke down; `message` says how.
 };
 std::string ToString(Status status);
 
@@ -65,7 +66,8 @@ Backend ParseBackend(const std::string& name);
 class Solver {
  public:
   virtual ~Solver() = default;
-  /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is in the result.
+  /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is
+  /// in the result.
   virtual Result Solve(const Program& program, const Point& guess, const Options& options) const = 0;
 };
 std::unique_ptr<Solver> MakeSolver(Backend backend);

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "tether/nlp/solver.h"
+#include "tether/nlp/vector_view.h"
+
+namespace tether::nlp {
+
+/// What the backends share; not for users of the room.
+
+std::unique_ptr<Solver> MakeIpoptSolver();
+std::unique_ptr<Solver> MakeNloptSolver();
+
+/// Watches one solve: its limits, its trace and its verdict. The clock starts when it is made.
+class Monitor {
+ public:
+  /// Both must outlive the monitor.
+  Monitor(const Program& program, const Options& options);
+
+  double Seconds() const;
+  /// The reason to end now, if there is one: stopped, out of time, or a residual that was not finite. Once
+  /// given it stays.
+  std::optional<Status> ReasonToEnd();
+  /// Ends the solve because the residual called `name` was not finite.
+  void FailNotFinite(const std::string& name);
+  /// Ends the solve for a limit that the backend keeps itself.
+  void End(Status status) { reason_ = status; }
+  /// Adds to the trace, if one is asked for. Iterations count from 0; a repeated number is ignored.
+  void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
+
+  int max_iterations() const { return options_.max_iterations; }
+  double SecondsLeft() const;
+
+  /// The result at x: judged by Assess, in the program's own terms. `status` and `message` are the backend's;
+  /// a reason to end overrides them, and "solved" at a point that is not feasible becomes "failed".
+  Result Finish(Point x, Status status, std::string message, int iterations, int evaluations);
+
+ private:
+  const Program& program_;
+  const Options& options_;
+  std::chrono::steady_clock::time_point begin_;
+  std::optional<Status> reason_;
+  std::string not_finite_;
+  std::vector<IterationRecord> trace_;
+};
+
+/// The outcome where there is nothing to solve: no variable, or every one fixed by its bounds. Empty
+/// otherwise.
+std::optional<Result> SolveTrivial(const Program& program, const Point& guess, const Options& options);
+
+}  // namespace tether::nlp

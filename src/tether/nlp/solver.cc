@@ -1,0 +1,174 @@
+#include "tether/nlp/solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "tether/common/error.h"
+#include "tether/nlp/backends.h"
+
+namespace tether::nlp {
+namespace {
+
+constexpr std::array<std::pair<Backend, const char*>, 2> kBackends{
+    {{Backend::kIpopt, "ipopt"}, {Backend::kNlopt, "nlopt"}}};
+
+std::string Format(const char* format, auto... values) {
+  char text[256];
+  std::snprintf(text, sizeof(text), format, values...);
+  return text;
+}
+
+double LargestViolation(const Assessment& assessment) {
+  return std::max({assessment.max_violation_m, assessment.max_violation_rad, assessment.max_violation_other,
+                   assessment.max_bound_violation});
+}
+
+}  // namespace
+
+void Options::Validate() const {
+  if (max_iterations < 1) {
+    throw InputError("solver option max_iterations is " + std::to_string(max_iterations),
+                     "an integer of at least 1");
+  }
+  const auto positive = [](const char* name, double value, const char* unit) {
+    if (std::isfinite(value) && value > 0) return;
+    throw InputError(Format("solver option %s is %g", name, value),
+                     Format("a finite number above 0%s", unit));
+  };
+  positive("time_limit_s", time_limit_s, ", in seconds");
+  positive("constraint_tolerance", constraint_tolerance, ", in metres and radians");
+  positive("cost_tolerance", cost_tolerance, "");
+}
+
+std::string ToString(Status status) {
+  switch (status) {
+    case Status::kNotCalled:
+      return "not called";
+    case Status::kSolved:
+      return "solved";
+    case Status::kLocallyInfeasible:
+      return "locally infeasible";
+    case Status::kIterationLimit:
+      return "iteration limit";
+    case Status::kTimeLimit:
+      return "time limit";
+    case Status::kInterrupted:
+      return "interrupted";
+    case Status::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+std::string Result::Summary() const {
+  if (status == Status::kNotCalled) return "not called";
+  std::string text =
+      ToString(status) +
+      Format(": cost %.6g, violation %.3g mm, %.3g mrad, %d iterations, %d evaluations, %.3f s", cost,
+             1e3 * max_violation_m, 1e3 * max_violation_rad, iterations, evaluations, solve_s);
+  if (!message.empty()) text += " (" + message + ")";
+  return text;
+}
+
+std::string ToString(Backend backend) {
+  for (const auto& [value, name] : kBackends) {
+    if (value == backend) return name;
+  }
+  return "";
+}
+
+Backend ParseBackend(const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& [value, known] : kBackends) {
+    if (name == known) return value;
+    names.emplace_back(known);
+  }
+  const std::string nearest = NearestMatch(name, names);
+  throw InputError(
+      "unknown solver '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"),
+      JoinAlternatives(names));
+}
+
+std::unique_ptr<Solver> MakeSolver(Backend backend) {
+  return backend == Backend::kIpopt ? MakeIpoptSolver() : MakeNloptSolver();
+}
+
+Monitor::Monitor(const Program& program, const Options& options)
+    : program_(program), options_(options), begin_(std::chrono::steady_clock::now()) {}
+
+double Monitor::Seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+double Monitor::SecondsLeft() const { return std::max(0.0, options_.time_limit_s - Seconds()); }
+
+std::optional<Status> Monitor::ReasonToEnd() {
+  if (reason_) return reason_;
+  if (options_.stop != nullptr && options_.stop->load()) {
+    reason_ = Status::kInterrupted;
+  } else if (Seconds() > options_.time_limit_s) {
+    reason_ = Status::kTimeLimit;
+  }
+  return reason_;
+}
+
+void Monitor::FailNotFinite(const std::string& name) {
+  if (reason_) return;
+  not_finite_ = name;
+  reason_ = Status::kFailed;
+}
+
+void Monitor::Record(int iteration, VectorView& view, const Eigen::VectorXd& x) {
+  if (!options_.trace || (!trace_.empty() && iteration <= trace_.back().iteration)) return;
+  if (!view.EvaluateValues(x)) return;
+  trace_.push_back(
+      {iteration, view.cost(), view.ViolationIn(Unit::kMetre), view.ViolationIn(Unit::kRadian), Seconds()});
+}
+
+Result Monitor::Finish(Point x, Status status, std::string message, int iterations, int evaluations) {
+  Result result;
+  const Assessment assessment = Assess(program_, x);
+  result.x = std::move(x);
+  result.status = reason_.value_or(status);
+  result.message = reason_ ? "" : std::move(message);
+  if (!not_finite_.empty() || !assessment.finite) {
+    result.status = Status::kFailed;
+    result.message =
+        "residual '" + (not_finite_.empty() ? assessment.not_finite : not_finite_) + "' is not finite";
+  }
+  // A backend judges its own scaled problem; what it calls solved has to be so in the program's units as
+  // well.
+  const double violation = LargestViolation(assessment);
+  if (result.status == Status::kSolved && violation > 10 * options_.constraint_tolerance) {
+    result.status = Status::kFailed;
+    result.message = Format("the solver stopped at a violation of %g, above the tolerance of %g", violation,
+                            options_.constraint_tolerance);
+  }
+  result.cost = assessment.cost;
+  result.max_violation_m = assessment.max_violation_m;
+  result.max_violation_rad = assessment.max_violation_rad;
+  result.iterations = iterations;
+  result.evaluations = evaluations;
+  result.solve_s = Seconds();
+  result.trace = std::move(trace_);
+  return result;
+}
+
+std::optional<Result> SolveTrivial(const Program& program, const Point& guess, const Options& options) {
+  bool all_fixed = program.num_poses() == 0;
+  for (int i = 0; i < program.num_vectors() && all_fixed; ++i)
+    all_fixed = program.lower(i) == program.upper(i);
+  if (!all_fixed) return std::nullopt;
+  Monitor monitor(program, options);
+  VectorView view(program, guess);
+  monitor.Record(0, view, view.start());
+  Point x = view.PointAt(view.start());
+  const bool feasible = LargestViolation(Assess(program, x)) <= options.constraint_tolerance;
+  return monitor.Finish(std::move(x), feasible ? Status::kSolved : Status::kLocallyInfeasible,
+                        feasible ? "" : "every variable is fixed", 0, view.evaluations() + 1);
+}
+
+}  // namespace tether::nlp
