@@ -1,19 +1,86 @@
+#include <algorithm>
 #include <cmath>
-#include <exception>
-#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include <nlopt.hpp>
+#include <nlopt.h>
 
 #include "tether/nlp/backends.h"
 
 namespace tether::nlp {
 namespace {
 
-/// What NLopt's callbacks see.
-struct Callbacks {
-  VectorView& view;
-  Monitor& monitor;
-  nlopt::opt* inner;
+struct Destroy {
+  void operator()(nlopt_opt_s* optimizer) const { nlopt_destroy(optimizer); }
+};
+using Optimizer = std::unique_ptr<nlopt_opt_s, Destroy>;
+
+/// The program in NLopt's terms. An iteration is a point at which it asks for the gradient.
+class NloptProgram {
+ public:
+  NloptProgram(VectorView& view, Monitor& monitor, nlopt_opt optimizer)
+      : view_(view), monitor_(monitor), optimizer_(optimizer) {}
+
+  int iterations() const { return iterations_; }
+
+  static double Cost(unsigned n, const double* x, double* gradient, void* self) {
+    return static_cast<NloptProgram*>(self)->EvaluateCost(n, x, gradient);
+  }
+  static void Equalities(unsigned m, double* values, unsigned n, const double* x, double* gradient,
+                         void* self) {
+    static_cast<NloptProgram*>(self)->EvaluateRows(0, m, values, n, x, gradient);
+  }
+  static void Inequalities(unsigned m, double* values, unsigned n, const double* x, double* gradient,
+                           void* self) {
+    auto* program = static_cast<NloptProgram*>(self);
+    program->EvaluateRows(program->view_.num_equalities(), m, values, n, x, gradient);
+  }
+
+ private:
+  double EvaluateCost(unsigned n, const double* x, double* gradient) {
+    if (gradient != nullptr) {
+      if (iterations_ >= monitor_.max_iterations() && !monitor_.ReasonToEnd())
+        monitor_.End(Status::kIterationLimit);
+      std::fill_n(gradient, n, 0.0);
+    }
+    if (!At(n, x, gradient != nullptr)) return HUGE_VAL;
+    if (gradient != nullptr) {
+      Eigen::VectorXd::Map(gradient, n) = view_.gradient();
+      monitor_.Record(iterations_++, view_, Eigen::VectorXd::Map(x, n));
+    }
+    return view_.cost();
+  }
+
+  void EvaluateRows(int first, unsigned m, double* values, unsigned n, const double* x, double* gradient) {
+    std::fill_n(values, m, 0.0);
+    if (gradient != nullptr) std::fill_n(gradient, size_t{m} * n, 0.0);
+    if (!At(n, x, gradient != nullptr)) return;
+    Eigen::VectorXd::Map(values, m) = view_.constraints().segment(first, m);
+    if (gradient == nullptr) return;
+    const std::vector<VectorView::Entry>& entries = view_.jacobian_entries();
+    for (size_t k = 0; k < entries.size(); ++k) {
+      const int row = entries[k].row - first;
+      if (row < 0 || row >= static_cast<int>(m)) continue;
+      gradient[static_cast<size_t>(row) * n + static_cast<size_t>(entries[k].column)] =
+          view_.jacobian_values()[k];
+    }
+  }
+
+  bool At(unsigned n, const double* x, bool derivatives) {
+    if (!monitor_.ReasonToEnd()) {
+      const Eigen::VectorXd point = Eigen::VectorXd::Map(x, n);
+      if (derivatives ? view_.EvaluateDerivatives(point) : view_.EvaluateValues(point)) return true;
+      monitor_.FailNotFinite(view_.not_finite());
+    }
+    nlopt_force_stop(optimizer_);
+    return false;
+  }
+
+  VectorView& view_;
+  Monitor& monitor_;
+  nlopt_opt optimizer_;
+  int iterations_ = 0;
 };
 
 class NloptSolver : public Solver {
@@ -22,8 +89,52 @@ class NloptSolver : public Solver {
     options.Validate();
     if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
     Monitor monitor(program, options);
-    return monitor.Finish(guess, Status::kFailed, "", 0, 0);
+    VectorView view(program, guess);
+    const auto n = static_cast<unsigned>(view.num_variables());
+    const Optimizer inner(nlopt_create(NLOPT_LD_SLSQP, n));
+    nlopt_set_ftol_rel(inner.get(), kInnerTolerance * options.cost_tolerance);
+    nlopt_set_xtol_rel(inner.get(), kInnerTolerance * options.cost_tolerance);
+
+    const bool constrained = view.num_constraints() > 0;
+    const Optimizer outer(nlopt_create(constrained ? NLOPT_LD_AUGLAG : NLOPT_LD_SLSQP, n));
+    NloptProgram callbacks(view, monitor, outer.get());
+    if (constrained) nlopt_set_local_optimizer(outer.get(), inner.get());
+    nlopt_set_min_objective(outer.get(), NloptProgram::Cost, &callbacks);
+    nlopt_set_lower_bounds(outer.get(), view.lower().data());
+    nlopt_set_upper_bounds(outer.get(), view.upper().data());
+    nlopt_set_ftol_rel(outer.get(), kInnerTolerance * options.cost_tolerance);
+    nlopt_set_xtol_rel(outer.get(), kInnerTolerance * options.cost_tolerance);
+    nlopt_set_maxtime(outer.get(), monitor.SecondsLeft());
+    const std::vector<double> tolerance(static_cast<size_t>(view.num_constraints()),
+                                        options.constraint_tolerance);
+    if (view.num_equalities() > 0) {
+      nlopt_add_equality_mconstraint(outer.get(), static_cast<unsigned>(view.num_equalities()),
+                                     NloptProgram::Equalities, &callbacks, tolerance.data());
+    }
+    if (view.num_inequalities() > 0) {
+      nlopt_add_inequality_mconstraint(outer.get(), static_cast<unsigned>(view.num_inequalities()),
+                                       NloptProgram::Inequalities, &callbacks, tolerance.data());
+    }
+
+    Eigen::VectorXd x = view.start();
+    double cost = 0;
+    const nlopt_result code = nlopt_optimize(outer.get(), x.data(), &cost);
+    if (!x.allFinite()) x = view.start();
+    Status status = Status::kFailed;
+    std::string message;
+    if (code == NLOPT_MAXTIME_REACHED) {
+      status = Status::kTimeLimit;
+    } else if (code > 0) {
+      status = Status::kSolved;
+    } else {
+      message = std::string("NLopt: ") + nlopt_result_to_string(code);
+    }
+    return monitor.Finish(view.PointAt(x), status, message, callbacks.iterations(), view.evaluations());
   }
+
+ private:
+  // The multipliers are only as good as the minimum that they are taken from.
+  static constexpr double kInnerTolerance = 1e-2;
 };
 
 }  // namespace

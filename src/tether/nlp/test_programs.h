@@ -146,7 +146,7 @@ inline Pose RandomPose(Random& random) {
 /// A chain of hands and boxes like a key-pose program: the hand takes the box by an offset, the box stands
 /// upright on a table within a rectangle, both keep out of balls, and consecutive poses are near each other
 /// (Paper A, eq. (4)).
-inline Example KeyPoseChain(int steps, uint64_t seed) {
+inline Example KeyPoseChain(int steps, uint64_t seed, double turn = 0.1) {
   Random random(seed);
   Example example;
   Program& program = example.program;
@@ -154,9 +154,9 @@ inline Example KeyPoseChain(int steps, uint64_t seed) {
   for (int k = 0; k < steps; ++k) {
     const BlockRef next_hand = program.AddPose("hand" + std::to_string(k));
     const BlockRef next_box = program.AddPose("box" + std::to_string(k));
-    const Pose home(RandomPose(random).R, Vector3d(0, 0, 0.6));
+    const Pose home(math::ExpSO3(RandomVector(random, turn)), Vector3d(0, 0, 0.6));
     const Pose start(math::ExpSO3(0.3 * RandomVector(random, 1)), Vector3d(0.4, 0.0, 0.1));
-    example.guess.poses.push_back(Pose(home.R, home.p));
+    example.guess.poses.push_back(home);
     example.guess.poses.push_back(start);
     if (k > 0) {
       program.Add(PoseToPose(hand, next_hand, std::sqrt(0.5), std::sqrt(1.5)), Role::kCost);
