@@ -22,12 +22,13 @@ std::string KindName(const Primitive& primitive) {
 double Volume(const Primitive& primitive) {
   using std::numbers::pi;
   return std::visit(
-      Overloaded{[](const Box& box) { return box.size.prod(); },
-                 [](const Sphere& sphere) { return 4.0 / 3.0 * pi * sphere.radius * sphere.radius * sphere.radius; },
-                 [](const Capsule& capsule) {
-                   return pi * capsule.radius * capsule.radius * (capsule.length + 4.0 / 3.0 * capsule.radius);
-                 },
-                 [](const Cylinder& cylinder) { return pi * cylinder.radius * cylinder.radius * cylinder.length; }},
+      Overloaded{
+          [](const Box& box) { return box.size.prod(); },
+          [](const Sphere& sphere) { return 4.0 / 3.0 * pi * sphere.radius * sphere.radius * sphere.radius; },
+          [](const Capsule& capsule) {
+            return pi * capsule.radius * capsule.radius * (capsule.length + 4.0 / 3.0 * capsule.radius);
+          },
+          [](const Cylinder& cylinder) { return pi * cylinder.radius * cylinder.radius * cylinder.length; }},
       primitive);
 }
 

@@ -38,13 +38,14 @@ struct Part {
   math::Pose X_SP;
 };
 
-/// A solid: the union of one or more convex parts. With more than one it is a compound, whose distance to anything
-/// is the minimum over its parts. Immutable once built; safe to share between threads.
+/// A solid: the union of one or more convex parts. With more than one it is a compound, whose distance to
+/// anything is the minimum over its parts. Immutable once built; safe to share between threads.
 struct Shape {
   std::vector<Part> parts;
 
   Shape() = default;
-  Shape(Primitive primitive) : parts{{std::move(primitive), math::Pose()}} {}  // NOLINT: a primitive is a shape
+  Shape(Primitive primitive)
+      : parts{{std::move(primitive), math::Pose()}} {}  // NOLINT: a primitive is a shape
   explicit Shape(std::vector<Part> all) : parts(std::move(all)) {}
   bool is_compound() const { return parts.size() > 1; }
 };
@@ -55,8 +56,8 @@ std::string KindName(const Primitive& primitive);
 /// Volume, m³.
 double Volume(const Primitive& primitive);
 
-/// The centre of mass of a body of uniform density in its own frame. Parts of a compound are weighed by volume,
-/// overlaps counted twice. ERRATA A14: a compound has one centre of mass, not one per part.
+/// The centre of mass of a body of uniform density in its own frame. Parts of a compound are weighed by
+/// volume, overlaps counted twice. ERRATA A14: a compound has one centre of mass, not one per part.
 Eigen::Vector3d CentreOfMass(const Shape& shape);
 
 }  // namespace tether::geometry

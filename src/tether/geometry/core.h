@@ -1,0 +1,129 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/shape.h"
+
+/// The distance kernels behind SignedDistance; not for use outside this room.
+namespace tether::geometry::internal {
+
+/// Directions within this angle count as parallel, rad.
+inline constexpr double kParallel = 1e-8;
+/// Signed distances this near to one another count as tied, m.
+inline constexpr double kTie = 1e-10;
+
+/// A primitive without its rounding: a box with half sides `half` (some may be 0: a point, a segment along z)
+/// plus a disc of radius `disc` across z. The primitive is the core with a ball of radius `rounding` added,
+/// so that its signed distances are those of the core less `rounding`, inside and outside.
+struct Core {
+  enum class Kind { kPoint, kSegment, kBox, kCylinder };
+  Kind kind = Kind::kPoint;
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();
+  double disc = 0;
+  double rounding = 0;
+
+  /// max over the core of d · x.
+  double Support(const Eigen::Vector3d& d) const {
+    return std::abs(d.x()) * half.x() + std::abs(d.y()) * half.y() + std::abs(d.z()) * half.z() +
+           (disc > 0 ? disc * std::sqrt(d.x() * d.x() + d.y() * d.y()) : 0.0);
+  }
+  /// A point of the core where d · x is greatest.
+  Eigen::Vector3d SupportPoint(const Eigen::Vector3d& d) const;
+};
+
+Core MakeCore(const Primitive& primitive);
+
+/// The result of a kernel, in the frame of core A.
+struct Gap {
+  double distance = 0;
+  Eigen::Vector3d p_A = Eigen::Vector3d::Zero();
+  Eigen::Vector3d p_B = Eigen::Vector3d::Zero();
+  Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
+};
+
+/// What a kernel is asked: two cores, the pose of B in A, and the world's up direction in A (for ties).
+struct Query {
+  Core a;
+  Core b;
+  math::Pose X_AB;
+  Eigen::Vector3d up_A = Eigen::Vector3d::UnitZ();
+
+  /// The extent of B along n less that of A: a lower bound of the signed distance for every unit n, equal to
+  /// it for the best n.
+  double Separation(const Eigen::Vector3d& n) const {
+    return n.dot(X_AB.p) - a.Support(n) - b.Support(X_AB.R.transpose() * n);
+  }
+};
+
+/// A flat set of extreme points of a core: a point, a segment, a rectangle or a 16-gon in order around it.
+struct Feature {
+  static constexpr int kMaxPoints = 16;
+  std::array<Eigen::Vector3d, kMaxPoints> points;
+  int size = 0;
+};
+
+/// The points of the core that are extreme along n, to within the angle kParallel. `X` places the core.
+Feature ExtremeFeature(const Core& core, const math::Pose& X, const Eigen::Vector3d& n);
+
+/// The centre of the overlap of the two cores' extreme features along n (of A) and −n (of B), projected along
+/// n. The witness points and n go to `gap`. Returns how far the features are from overlapping (0 if they do),
+/// m.
+double WitnessAlong(const Query& query, const Eigen::Vector3d& n, Gap* gap);
+
+/// The best of a series of candidate normals, with the order of ties that Distance documents.
+class BestNormal {
+ public:
+  explicit BestNormal(const Query& query) : query_(query) {}
+  /// `rank` is 0 for a face's normal, greater for others. Does nothing if n is not finite.
+  void Try(const Eigen::Vector3d& n, int rank);
+  /// Both n and −n.
+  void TryBoth(const Eigen::Vector3d& n, int rank) {
+    Try(n, rank);
+    Try(-n, rank);
+  }
+  const Eigen::Vector3d& n() const { return n_; }
+  double separation() const { return separation_; }
+
+ private:
+  const Query& query_;
+  Eigen::Vector3d n_ = Eigen::Vector3d::UnitZ();
+  double separation_ = -1e300;
+  double up_ = 0;
+  int rank_ = 0;
+};
+
+/// A unit vector across d (any length, zero allowed), as near to `up` as possible.
+Eigen::Vector3d UpAcross(const Eigen::Vector3d& d, const Eigen::Vector3d& up);
+
+/// Kernels. A's kind comes before or equals B's in the order of Core::Kind.
+Gap PointPoint(const Query& query);
+Gap PointSegment(const Query& query);
+Gap SegmentSegment(const Query& query);
+Gap PointBox(const Query& query);
+Gap SegmentBox(const Query& query);
+Gap BoxBox(const Query& query);
+Gap PointCylinder(const Query& query);
+Gap SegmentCylinder(const Query& query);
+Gap BoxCylinder(const Query& query);
+Gap CylinderCylinder(const Query& query);
+
+/// The signed distance from a point to a box or cylinder at the origin: nearest surface point and outward
+/// normal.
+struct Foot {
+  double distance = 0;
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
+};
+Foot FootOnBox(const Eigen::Vector3d& half, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
+Foot FootOnCylinder(double radius, double half_length, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
+
+/// The parameter in [0, 1] of the point of the segment p + t d that is nearest to a solid, the middle of them
+/// where they are many. The segment must not meet the solid.
+double NearestParameterToBox(const Eigen::Vector3d& half, const Eigen::Vector3d& p, Eigen::Vector3d d);
+double NearestParameterToCylinder(double radius, double half_length, const Eigen::Vector3d& p,
+                                  Eigen::Vector3d d);
+
+}  // namespace tether::geometry::internal

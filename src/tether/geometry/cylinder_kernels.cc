@@ -1,0 +1,393 @@
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "tether/geometry/core.h"
+
+namespace tether::geometry::internal {
+namespace {
+
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+/// Below this the difference of two witness points says too little about the normal, m.
+constexpr double kTouching = 1e-8;
+/// Witness points found iteratively lie this near to the features of their normal, m.
+constexpr double kMiss = 1e-9;
+
+Gap FromPoints(const Vector3d& p_A, const Vector3d& p_B) {
+  const double distance = (p_B - p_A).norm();
+  return {distance, p_A, p_B, (p_B - p_A) / distance};
+}
+
+Vector3d ClampToCylinder(double radius, double half, const Vector3d& q) {
+  const double across = std::hypot(q.x(), q.y());
+  const double scale = across > radius ? radius / across : 1.0;
+  return {scale * q.x(), scale * q.y(), std::clamp(q.z(), -half, half)};
+}
+
+/// The root of f in [lower, upper], where f(lower) ≤ 0 ≤ f(upper) (Illinois: regula falsi that halves the
+/// weight of an end that stays). Stops at 1e-13 of the unit.
+template <class F>
+double FindRoot(const F& f, double lower, double f_lower, double upper, double f_upper) {
+  for (int i = 0; i < 80 && upper - lower > 1e-13; ++i) {
+    const double gain = f_upper - f_lower;
+    double x = gain > 0 ? lower - f_lower * (upper - lower) / gain : 0.5 * (lower + upper);
+    if (i % 8 == 7 || !(x > lower && x < upper)) x = 0.5 * (lower + upper);
+    const double value = f(x);
+    if (value == 0) return x;
+    if (value < 0) {
+      lower = x;
+      f_lower = value;
+      f_upper *= 0.5;
+    } else {
+      upper = x;
+      f_upper = value;
+      f_lower *= 0.5;
+    }
+  }
+  return 0.5 * (lower + upper);
+}
+
+/// p_B − p_A of the support points along n: the gradient of the separation in n.
+Vector3d SupportDifference(const Query& query, const Vector3d& n) {
+  return query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * n)) - query.a.SupportPoint(n);
+}
+
+/// Tries the local maxima of the separation over the unit normals across `axis`. Such normals belong to the
+/// ruled pieces of the Minkowski difference: a straight edge along `axis` against a rim, or a cylinder's
+/// side.
+void TryCircle(const Query& query, const Vector3d& axis, BestNormal* best) {
+  constexpr int kSamples = 24;
+  const Vector3d u = UpAcross(axis, query.up_A);
+  const Vector3d v = axis.cross(u);
+  const auto normal = [&](double angle) { return Vector3d(std::cos(angle) * u + std::sin(angle) * v); };
+  const auto slope = [&](double angle) {
+    return -SupportDifference(query, normal(angle)).dot(std::cos(angle) * v - std::sin(angle) * u);
+  };
+  best->Try(u, 1);
+  std::array<double, kSamples> value;
+  const double step = 2 * pi / kSamples;
+  for (int i = 0; i < kSamples; ++i) value[i] = query.Separation(normal(i * step));
+  for (int i = 0; i < kSamples; ++i) {
+    if (value[i] < value[(i + 1) % kSamples] || value[i] < value[(i + kSamples - 1) % kSamples]) continue;
+    const double lower = (i - 1) * step;
+    const double upper = (i + 1) * step;
+    const double f_lower = slope(lower);
+    const double f_upper = slope(upper);
+    if (f_lower > 0 || f_upper < 0) continue;
+    best->Try(normal(FindRoot(slope, lower, f_lower, upper, f_upper)), 1);
+  }
+}
+
+/// The derivative of a support function's gradient, R (I − …) R^T for the disc of a core: zero for its box
+/// part.
+Eigen::Matrix3d DiscCurvature(const Core& core, const Eigen::Matrix3d& R, const Vector3d& n) {
+  const Vector3d axis = R.col(2);
+  const Vector3d across = n - n.dot(axis) * axis;
+  const double length = across.norm();
+  if (length < 1e-9) return Eigen::Matrix3d::Zero();
+  const Vector3d tangent = axis.cross(across / length);
+  return core.disc / length * tangent * tangent.transpose();
+}
+
+/// Climbs the separation over the unit sphere from n: Newton's method, with the plain gradient where it
+/// fails.
+Vector3d Climb(const Query& query, Vector3d n) {
+  double value = query.Separation(n);
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d u = n.unitOrthogonal();
+    const Vector3d v = n.cross(u);
+    const Vector3d g = SupportDifference(query, n);
+    const Eigen::Vector2d slope(u.dot(g), v.dot(g));
+    if (slope.norm() < 1e-13) break;
+    const Eigen::Matrix3d curvature =
+        DiscCurvature(query.a, Eigen::Matrix3d::Identity(), n) + DiscCurvature(query.b, query.X_AB.R, n);
+    // On the sphere the Hessian of −separation is that of the supports plus (n·g) I.
+    Eigen::Matrix2d hessian;
+    hessian << u.dot(curvature * u), u.dot(curvature * v), v.dot(curvature * u), v.dot(curvature * v);
+    hessian += n.dot(g) * Eigen::Matrix2d::Identity();
+    const double determinant = hessian.determinant();
+    Eigen::Vector2d step = slope / (std::abs(n.dot(g)) + hessian.norm() + 1e-9);
+    if (determinant > 0 && hessian.trace() > 0) {
+      step = Eigen::Vector2d(hessian(1, 1) * slope.x() - hessian(0, 1) * slope.y(),
+                             hessian(0, 0) * slope.y() - hessian(1, 0) * slope.x()) /
+             determinant;
+      const double length = step.norm();
+      if (length > 0.3) step *= 0.3 / length;
+    }
+    bool gained = false;
+    for (int halving = 0; halving < 12 && !gained; ++halving, step *= 0.3) {
+      const Vector3d trial = (n + step.x() * u + step.y() * v).normalized();
+      const double there = query.Separation(trial);
+      if (there > value) {
+        gained = true;
+        n = trial;
+        value = there;
+      }
+    }
+    if (!gained) break;
+  }
+  return n;
+}
+
+/// Tries local maxima of the separation over all normals: rim against rim, whose Minkowski difference is
+/// curved both ways. The starts are a coarse grid of directions.
+void TrySphere(const Query& query, BestNormal* best) {
+  constexpr int kStarts = 96;
+  constexpr int kKept = 6;
+  std::array<std::pair<double, Vector3d>, kKept> kept;
+  int count = 0;
+  for (int i = 0; i < kStarts; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kStarts;
+    const double angle = i * pi * (3 - std::sqrt(5.0));
+    const double across = std::sqrt(1 - z * z);
+    const Vector3d n(across * std::cos(angle), across * std::sin(angle), z);
+    const double value = query.Separation(n);
+    if (count == kKept && value <= kept[count - 1].first) continue;
+    int at = count < kKept ? count++ : kKept - 1;
+    for (; at > 0 && kept[at - 1].first < value; --at) kept[at] = kept[at - 1];
+    kept[at] = {value, n};
+  }
+  for (int i = 0; i < count; ++i) best->Try(Climb(query, kept[i].second), 2);
+}
+
+/// The point of the rim with the given centre (in the frame of the cylinder `core`) that is nearest to the
+/// cylinder.
+struct RimPoint {
+  Vector3d p = Vector3d::Zero();
+  double distance2 = 1e300;
+};
+RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_radius, const Core& core) {
+  constexpr int kSamples = 16;
+  const Vector3d u = axis.unitOrthogonal();
+  const Vector3d v = axis.cross(u);
+  const auto point = [&](double angle) {
+    return Vector3d(centre + rim_radius * (std::cos(angle) * u + std::sin(angle) * v));
+  };
+  const auto excess = [&](const Vector3d& q) {
+    return Vector3d(q - ClampToCylinder(core.disc, core.half.z(), q));
+  };
+  const auto slope = [&](double angle) {
+    return excess(point(angle)).dot(std::cos(angle) * v - std::sin(angle) * u);
+  };
+  std::array<double, kSamples> value;
+  const double step = 2 * pi / kSamples;
+  for (int i = 0; i < kSamples; ++i) value[i] = excess(point(i * step)).squaredNorm();
+  RimPoint nearest;
+  for (int i = 0; i < kSamples; ++i) {
+    if (value[i] > value[(i + 1) % kSamples] || value[i] > value[(i + kSamples - 1) % kSamples]) continue;
+    const double lower = (i - 1) * step;
+    const double upper = (i + 1) * step;
+    const double f_lower = slope(lower);
+    const double f_upper = slope(upper);
+    double angle = i * step;
+    if (f_lower <= 0 && f_upper >= 0) angle = FindRoot(slope, lower, f_lower, upper, f_upper);
+    const Vector3d p = point(angle);
+    const double distance2 = excess(p).squaredNorm();
+    if (distance2 < nearest.distance2) nearest = {p, distance2};
+  }
+  return nearest;
+}
+
+void TryCaps(const Eigen::Matrix3d& R, BestNormal* best) { best->TryBoth(R.col(2), 0); }
+
+}  // namespace
+
+Foot FootOnCylinder(double radius, double half, const Vector3d& q, const Vector3d& up) {
+  const double across = std::hypot(q.x(), q.y());
+  const double past_side = across - radius;
+  const double past_cap = std::abs(q.z()) - half;
+  if (past_side > 0 && past_cap > 0) {
+    Foot foot;
+    foot.p = ClampToCylinder(radius, half, q);
+    foot.distance = (q - foot.p).norm();
+    if (foot.distance > 1e-12) {
+      foot.n = (q - foot.p) / foot.distance;
+      return foot;
+    }
+  }
+  const Vector3d radial =
+      across > 1e-12 ? Vector3d(q.x() / across, q.y() / across, 0) : UpAcross(Vector3d::UnitZ(), up);
+  const bool at_middle = std::abs(q.z()) <= kTie;
+  const Vector3d cap(0, 0, (at_middle ? up.z() : q.z()) >= 0 ? 1 : -1);
+  Foot foot;
+  const bool tied = std::abs(past_cap - past_side) <= kTie;
+  const bool by_cap = tied ? cap.dot(up) >= radial.dot(up) - 1e-9 : past_cap > past_side;
+  foot.distance = by_cap ? past_cap : past_side;
+  foot.n = by_cap ? cap : radial;
+  foot.p = q - foot.distance * foot.n;
+  return foot;
+}
+
+double NearestParameterToCylinder(double radius, double half, const Vector3d& p, Vector3d d) {
+  const double length = d.norm();
+  if (std::hypot(d.x(), d.y()) <= kParallel * length) {
+    d.x() = d.y() = 0;
+    double lower = (-half - p.z()) / d.z();
+    double upper = (half - p.z()) / d.z();
+    if (lower > upper) std::swap(lower, upper);
+    lower = std::max(lower, 0.0);
+    upper = std::min(upper, 1.0);
+    if (lower <= upper) return 0.5 * (lower + upper);
+  } else if (std::abs(d.z()) <= kParallel * length) {
+    d.z() = 0;
+    const double a = d.x() * d.x() + d.y() * d.y();
+    const double b = p.x() * d.x() + p.y() * d.y();
+    const double c = p.x() * p.x() + p.y() * p.y() - radius * radius;
+    const double root2 = b * b - a * c;
+    if (root2 > 0) {
+      const double lower = std::max(0.0, (-b - std::sqrt(root2)) / a);
+      const double upper = std::min(1.0, (-b + std::sqrt(root2)) / a);
+      if (lower <= upper) return 0.5 * (lower + upper);
+    }
+  }
+  const auto slope = [&](double t) {
+    const Vector3d q = p + t * d;
+    return d.dot(q - ClampToCylinder(radius, half, q));
+  };
+  const double slope_0 = slope(0);
+  if (slope_0 >= 0) return 0;
+  const double slope_1 = slope(1);
+  if (slope_1 <= 0) return 1;
+  return FindRoot(slope, 0, slope_0, 1, slope_1);
+}
+
+Gap PointCylinder(const Query& query) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  const Foot foot = FootOnCylinder(query.b.disc, query.b.half.z(), -(R.transpose() * query.X_AB.p),
+                                   -(R.transpose() * query.up_A));
+  return {foot.distance, Vector3d::Zero(), query.X_AB * foot.p, -(R * foot.n)};
+}
+
+Gap SegmentCylinder(const Query& query) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  const double half = query.a.half.z();
+  const Vector3d start = R.transpose() * (Vector3d(0, 0, -half) - query.X_AB.p);
+  const Vector3d along = 2 * half * R.row(2).transpose();
+  const double t = NearestParameterToCylinder(query.b.disc, query.b.half.z(), start, along);
+  const Vector3d p_A(0, 0, half * (2 * t - 1));
+  const Vector3d p_B = query.X_AB * ClampToCylinder(query.b.disc, query.b.half.z(), start + t * along);
+  if ((p_B - p_A).norm() > kTouching) return FromPoints(p_A, p_B);
+
+  BestNormal best(query);
+  TryCaps(R, &best);
+  const Vector3d axis = R.col(2);
+  const Vector3d crossed = axis.cross(Vector3d::UnitZ());
+  if (crossed.norm() > 10 * kParallel) best.TryBoth(crossed.normalized(), 1);
+  for (const double end : {-half, half}) {
+    const Vector3d to_axis = query.X_AB.p - Vector3d(0, 0, end);
+    const Vector3d across = to_axis - to_axis.dot(axis) * axis;
+    if (across.norm() > 1e-12) best.TryBoth(across.normalized(), 1);
+  }
+  best.Try(UpAcross(axis, query.up_A), 1);
+  TryCircle(query, Vector3d::UnitZ(), &best);
+  Gap gap;
+  WitnessAlong(query, best.n(), &gap);
+  return gap;
+}
+
+Gap BoxCylinder(const Query& query) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  BestNormal best(query);
+  for (int axis = 0; axis < 3; ++axis) best.TryBoth(Vector3d::Unit(axis), 0);
+  TryCaps(R, &best);
+  Gap gap;
+  const double miss = WitnessAlong(query, best.n(), &gap);
+  if (gap.distance > 0 && miss <= kMiss) return gap;
+
+  // Apart, with no witness inside a face: then the box's lies on one of its edges.
+  const Vector3d& half = query.a.half;
+  double nearest2 = 1e300;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int j = (axis + 1) % 3;
+    const int k = (axis + 2) % 3;
+    const Vector3d along_B = 2 * half[axis] * R.row(axis).transpose();
+    for (int corner = 0; corner < 4; ++corner) {
+      Vector3d start;
+      start[axis] = -half[axis];
+      start[j] = corner & 1 ? half[j] : -half[j];
+      start[k] = corner & 2 ? half[k] : -half[k];
+      const Vector3d start_B = R.transpose() * (start - query.X_AB.p);
+      const Vector3d middle_B = start_B + 0.5 * along_B;
+      const double bound =
+          (middle_B - ClampToCylinder(query.b.disc, query.b.half.z(), middle_B)).norm() - half[axis];
+      if (bound > 0 && bound * bound >= nearest2) continue;
+      const double t = NearestParameterToCylinder(query.b.disc, query.b.half.z(), start_B, along_B);
+      const Vector3d q_B = start_B + t * along_B;
+      const Vector3d foot_B = ClampToCylinder(query.b.disc, query.b.half.z(), q_B);
+      const double distance2 = (q_B - foot_B).squaredNorm();
+      if (distance2 >= nearest2) continue;
+      nearest2 = distance2;
+      gap.p_A = start + 2 * t * half[axis] * Vector3d::Unit(axis);
+      gap.p_B = query.X_AB * foot_B;
+    }
+  }
+  // All edges may stay clear although the cylinder pierces a face: ask for a normal that tells them apart.
+  if (nearest2 > kTouching * kTouching) {
+    const Gap apart = FromPoints(gap.p_A, gap.p_B);
+    if (query.Separation(apart.n) > 0) return apart;
+  }
+
+  const Vector3d axis_B = R.col(2);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d crossed = axis_B.cross(Vector3d::Unit(axis));
+    if (crossed.norm() > 10 * kParallel) best.TryBoth(crossed.normalized(), 1);
+    TryCircle(query, Vector3d::Unit(axis), &best);
+  }
+  TryCircle(query, axis_B, &best);
+  WitnessAlong(query, best.n(), &gap);
+  return gap;
+}
+
+Gap CylinderCylinder(const Query& query) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  const Vector3d axis_B = R.col(2);
+  BestNormal best(query);
+  TryCaps(Eigen::Matrix3d::Identity(), &best);
+  TryCaps(R, &best);
+  const Vector3d crossed = Vector3d::UnitZ().cross(axis_B);
+  if (crossed.norm() > 10 * kParallel) {
+    best.TryBoth(crossed.normalized(), 1);
+  } else {
+    const Vector3d across(query.X_AB.p.x(), query.X_AB.p.y(), 0);
+    if (across.norm() > 1e-12) best.Try(across.normalized(), 1);
+  }
+  Gap gap;
+  const double miss = WitnessAlong(query, best.n(), &gap);
+  if (gap.distance > 0 && miss <= kMiss) return gap;
+
+  // Apart, with no witness inside a cap and not side to side: then a witness lies on a rim.
+  double nearest2 = 1e300;
+  for (const double end : {-1.0, 1.0}) {
+    const Vector3d centre_A(0, 0, end * query.a.half.z());
+    const RimPoint on_a =
+        NearestOnRim(R.transpose() * (centre_A - query.X_AB.p), R.transpose().col(2), query.a.disc, query.b);
+    if (on_a.distance2 < nearest2) {
+      nearest2 = on_a.distance2;
+      gap.p_A = query.X_AB * on_a.p;
+      gap.p_B = query.X_AB * ClampToCylinder(query.b.disc, query.b.half.z(), on_a.p);
+    }
+    const RimPoint on_b =
+        NearestOnRim(query.X_AB.p + end * query.b.half.z() * axis_B, axis_B, query.b.disc, query.a);
+    if (on_b.distance2 < nearest2) {
+      nearest2 = on_b.distance2;
+      gap.p_B = on_b.p;
+      gap.p_A = ClampToCylinder(query.a.disc, query.a.half.z(), on_b.p);
+    }
+  }
+  // A rim may stay clear of the other solid although the two overlap: ask for a normal that tells them apart.
+  if (nearest2 > kTouching * kTouching) {
+    const Gap apart = FromPoints(gap.p_A, gap.p_B);
+    if (query.Separation(apart.n) > 0) return apart;
+  }
+  TryCircle(query, Vector3d::UnitZ(), &best);
+  TryCircle(query, axis_B, &best);
+  TrySphere(query, &best);
+  WitnessAlong(query, best.n(), &gap);
+  return gap;
+}
+
+}  // namespace tether::geometry::internal

@@ -1,0 +1,149 @@
+#include "tether/geometry/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "tether/common/random.h"
+
+namespace tether::geometry {
+namespace {
+
+using Eigen::Vector3d;
+
+double Separation(const Primitive& a, const math::Pose& X_WA, const Primitive& b, const math::Pose& X_WB,
+                  const Vector3d& n) {
+  return n.dot(X_WB.p - X_WA.p) - SlowSupport(a, X_WA.R.transpose() * n) -
+         SlowSupport(b, -(X_WB.R.transpose() * n));
+}
+
+std::vector<Vector3d> SphereSample(int count) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.0) / count;
+    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double across = std::sqrt(1 - z * z);
+    directions.emplace_back(across * std::cos(angle), across * std::sin(angle), z);
+  }
+  return directions;
+}
+
+}  // namespace
+
+double SlowSupport(const Primitive& primitive, const Vector3d& d) {
+  if (const auto* box = std::get_if<Box>(&primitive)) return 0.5 * d.cwiseAbs().dot(box->size);
+  if (const auto* sphere = std::get_if<Sphere>(&primitive)) return sphere->radius * d.norm();
+  if (const auto* capsule = std::get_if<Capsule>(&primitive)) {
+    return 0.5 * capsule->length * std::abs(d.z()) + capsule->radius * d.norm();
+  }
+  const auto& cylinder = std::get<Cylinder>(primitive);
+  return 0.5 * cylinder.length * std::abs(d.z()) + cylinder.radius * d.head<2>().norm();
+}
+
+Vector3d SlowProject(const Primitive& primitive, const Vector3d& q) {
+  if (const auto* box = std::get_if<Box>(&primitive)) {
+    return q.cwiseMin(0.5 * box->size).cwiseMax(-0.5 * box->size);
+  }
+  if (const auto* sphere = std::get_if<Sphere>(&primitive)) {
+    return q.norm() > sphere->radius ? Vector3d(q.normalized() * sphere->radius) : q;
+  }
+  if (const auto* capsule = std::get_if<Capsule>(&primitive)) {
+    const Vector3d centre(0, 0, std::clamp(q.z(), -0.5 * capsule->length, 0.5 * capsule->length));
+    const Vector3d off = q - centre;
+    return off.norm() > capsule->radius ? Vector3d(centre + off.normalized() * capsule->radius) : q;
+  }
+  const auto& cylinder = std::get<Cylinder>(primitive);
+  Vector3d p = q;
+  const double across = q.head<2>().norm();
+  if (across > cylinder.radius) p.head<2>() *= cylinder.radius / across;
+  p.z() = std::clamp(q.z(), -0.5 * cylinder.length, 0.5 * cylinder.length);
+  return p;
+}
+
+double SlowSurfaceMiss(const Primitive& primitive, const Vector3d& q) {
+  const double outside = (q - SlowProject(primitive, q)).norm();
+  if (outside > 0) return outside;
+  if (const auto* box = std::get_if<Box>(&primitive)) return (0.5 * box->size - q.cwiseAbs()).minCoeff();
+  if (const auto* sphere = std::get_if<Sphere>(&primitive)) return sphere->radius - q.norm();
+  if (const auto* capsule = std::get_if<Capsule>(&primitive)) {
+    const double z = std::clamp(q.z(), -0.5 * capsule->length, 0.5 * capsule->length);
+    return capsule->radius - (q - Vector3d(0, 0, z)).norm();
+  }
+  const auto& cylinder = std::get<Cylinder>(primitive);
+  return std::min(cylinder.radius - q.head<2>().norm(), 0.5 * cylinder.length - std::abs(q.z()));
+}
+
+SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
+                        const math::Pose& X_WB) {
+  // y is a point of B; the squared distance of y to A is convex in y, its gradient y − (projection on A).
+  Vector3d y = X_WB.p;
+  Vector3d ahead = y;
+  double momentum = 1;
+  double lower = -1e300;
+  double upper = 1e300;
+  for (int i = 0; i < 4000; ++i) {
+    const Vector3d x = X_WA * SlowProject(a, X_WA.Inverse() * ahead);
+    const Vector3d next = X_WB * SlowProject(b, X_WB.Inverse() * x);
+    const Vector3d between = next - X_WA * SlowProject(a, X_WA.Inverse() * next);
+    upper = std::min(upper, between.norm());
+    if (between.norm() < 1e-9) break;
+    lower = std::max(lower, Separation(a, X_WA, b, X_WB, between.normalized()));
+    if (upper - lower < 1e-10) return {upper, upper - lower};
+    const bool overshot = (ahead - next).dot(next - y) > 0;
+    const double momentum_next = overshot ? 1.0 : 0.5 * (1 + std::sqrt(1 + 4 * momentum * momentum));
+    ahead = overshot ? next : Vector3d(next + (momentum - 1) / momentum_next * (next - y));
+    momentum = momentum_next;
+    y = next;
+  }
+  if (lower > 1e-7) return {upper, upper - lower};
+
+  static const std::vector<Vector3d> kSample = SphereSample(3000);
+  std::vector<std::pair<double, Vector3d>> starts;
+  for (const Vector3d& n : kSample) starts.emplace_back(Separation(a, X_WA, b, X_WB, n), n);
+  constexpr int kKept = 24;
+  std::partial_sort(starts.begin(), starts.begin() + kKept, starts.end(),
+                    [](const auto& s, const auto& t) { return s.first > t.first; });
+  starts.resize(kKept);
+  // Thin solids have peaks too narrow for the sample; they stand at normals of faces and across pairs of
+  // axes.
+  for (int i = 0; i < 3; ++i) {
+    for (const Vector3d& n : {Vector3d(X_WA.R.col(i)), Vector3d(X_WB.R.col(i))}) {
+      for (const double sign : {1.0, -1.0}) {
+        starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
+      }
+    }
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d n = X_WA.R.col(i).cross(X_WB.R.col(j)).normalized();
+      if (!(n.norm() > 0.5)) continue;
+      for (const double sign : {1.0, -1.0}) {
+        starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
+      }
+    }
+  }
+  Random random(1);
+  double best = -1e300;
+  for (auto [value, n] : starts) {
+    for (double step = 0.1; step > 1e-9;) {
+      bool gained = false;
+      for (int poll = 0; poll < 6 && !gained; ++poll) {
+        const Vector3d trial =
+            (n + step * Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)))
+                .normalized();
+        const double there = Separation(a, X_WA, b, X_WB, trial);
+        if (there > value) {
+          value = there;
+          n = trial;
+          gained = true;
+        }
+      }
+      if (!gained) step *= 0.6;
+    }
+    best = std::max(best, value);
+  }
+  return {best, 0};
+}
+
+}  // namespace tether::geometry
