@@ -1,0 +1,326 @@
+#include "tether/symbolic/formula_parser.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tether::symbolic {
+namespace {
+
+const std::vector<std::string> kConnectives = {"and", "or", "not", "imply", "forall", "exists"};
+const std::vector<std::string> kNumeric = {"<",        ">",        "<=",     ">=",       "+",         "*",
+                                           "increase", "decrease", "assign", "scale-up", "scale-down"};
+const std::vector<std::string> kModal = {"preference",      "always",       "sometime",
+                                         "within",          "at-most-once", "sometime-after",
+                                         "sometime-before", "hold-during",  "hold-after"};
+
+bool Contains(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+std::string Quote(std::string_view text) { return "'" + std::string(text) + "'"; }
+
+/// A short form of the expression for messages.
+std::string Show(const Expression& expression) {
+  if (!expression.is_list) return Quote(expression.word);
+  if (expression.items.empty()) return "'()'";
+  return "'(" + std::string(expression.head()) + (expression.items.size() > 1 ? " …)'" : ")'");
+}
+
+std::string Signature(const Predicate& predicate, const Domain& domain) {
+  std::string text = "(" + predicate.name;
+  for (const TypedName& p : predicate.parameters) text += " ?" + p.name + " - " + domain.TypeText(p.types);
+  return text + ")";
+}
+
+}  // namespace
+
+bool IsName(std::string_view word) {
+  auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           static_cast<unsigned char>(c) >= 0x80;
+  };
+  if (word.empty() || !(is_letter(word.front()) || word.front() == '_')) return false;
+  return std::all_of(word.begin(), word.end(),
+                     [&](char c) { return is_letter(c) || c == '-' || c == '_' || c == '.'; });
+}
+
+std::string Suggest(std::string_view word, const std::vector<std::string>& known) {
+  if (known.empty()) return "none is declared";
+  std::vector<std::string> lower;
+  for (const std::string& name : known) lower.push_back(LowerCase(name));
+  const std::string nearest = NearestMatch(LowerCase(word), lower);
+  std::string text;
+  for (size_t i = 0; i < known.size() && text.empty() && !nearest.empty(); ++i) {
+    if (lower[i] == nearest) text = "did you mean " + Quote(known[i]) + "? ";
+  }
+  return text + "accepted: " + JoinAlternatives(known);
+}
+
+std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size_t first, NameKind kind,
+                                      const Domain& domain, Diagnostics& diagnostics) {
+  std::vector<TypedName> list;
+  size_t untyped = 0;  // Names from here on still wait for their type.
+  auto type_of = [&](const Expression& e) {
+    const int type = e.is_list ? -1 : domain.FindType(e.word);
+    if (type < 0) {
+      diagnostics.Add(e.where, "unknown type " + Show(e), Suggest(e.word, NamesOf(domain.types)));
+    }
+    return std::max(type, 0);
+  };
+  for (size_t i = first; i < items.size(); ++i) {
+    const Expression& item = items[i];
+    if (!item.is_list && item.word == "-") {
+      std::vector<int> types;
+      if (untyped == list.size()) diagnostics.Add(item.where, "'-' without a name before it");
+      if (++i >= items.size()) {
+        diagnostics.Add(item.where, "'-' without a type after it", Suggest("", NamesOf(domain.types)));
+        break;
+      }
+      if (LowerCase(items[i].head()) == "either") {
+        for (size_t j = 1; j < items[i].items.size(); ++j) types.push_back(type_of(items[i].items[j]));
+        if (types.empty()) diagnostics.Add(items[i].where, "'(either)' without a type");
+      } else {
+        types.push_back(type_of(items[i]));
+      }
+      for (; untyped < list.size(); ++untyped) list[untyped].types = types;
+      continue;
+    }
+    std::string name = item.word;
+    if (kind == NameKind::kVariable) {
+      if (item.is_list || name.size() < 2 || name[0] != '?' || !IsName(std::string_view(name).substr(1))) {
+        diagnostics.Add(item.where, Show(item) + " is not a variable",
+                        "accepted: a name that begins with '?'");
+        continue;
+      }
+      name.erase(0, 1);
+    } else if (item.is_list || !IsName(name)) {
+      diagnostics.Add(item.where, Show(item) + " is not a name",
+                      "accepted: letters, digits, '-', '_' and '.'");
+      continue;
+    }
+    if (const int twin = FindNamed(list, name); twin >= 0 && kind == NameKind::kVariable) {
+      diagnostics.Add(item.where, "variable '?" + name + "' is declared twice");
+      continue;
+    }
+    list.push_back({std::move(name), {}, item.where});
+  }
+  for (; untyped < list.size(); ++untyped) list[untyped].types = {0};
+  return list;
+}
+
+bool FormulaParser::HasItems(const Expression& expression, size_t count, const char* usage) {
+  if (expression.items.size() == count) return true;
+  diagnostics_.Add(expression.where,
+                   "'(" + expression.items.front().word + " …)' has " +
+                       std::to_string(expression.items.size() - 1) + " parts, not " +
+                       std::to_string(count - 1),
+                   std::string("accepted: ") + usage);
+  return false;
+}
+
+const std::vector<int>& FormulaParser::TypesOf(const Term& term) const {
+  return term.is_variable ? scope_[static_cast<size_t>(term.index)].types
+                          : objects_[static_cast<size_t>(term.index)].types;
+}
+
+bool FormulaParser::ParseTerm(const Expression& expression, Term& term) {
+  if (expression.is_list) {
+    diagnostics_.Add(expression.where, Show(expression) + " is not a variable or object",
+                     "functions are not supported");
+    return false;
+  }
+  const std::string& word = expression.word;
+  if (word[0] == '?') {
+    const std::string name = LowerCase(std::string_view(word).substr(1));
+    for (size_t i = scope_.size(); i-- > 0;) {
+      if (LowerCase(scope_[i].name) == name) {
+        term = {true, static_cast<int>(i)};
+        return true;
+      }
+    }
+    std::vector<std::string> known;
+    for (const TypedName& variable : scope_) known.push_back("?" + variable.name);
+    diagnostics_.Add(expression.where, "unknown variable " + Quote(word), Suggest(word, known));
+    return false;
+  }
+  const int object = FindNamed(objects_, word);
+  if (object >= 0) {
+    term = {false, object};
+    return true;
+  }
+  std::vector<std::string> known = NamesOf(objects_);
+  for (const TypedName& variable : scope_) {
+    if (LowerCase(variable.name) == LowerCase(word)) known = {"?" + variable.name};
+  }
+  diagnostics_.Add(expression.where, "unknown object " + Quote(word), Suggest(word, known));
+  return false;
+}
+
+Formula FormulaParser::ParseAtom(const Expression& expression) {
+  Formula formula;
+  formula.where = expression.where;
+  const std::string_view head = expression.head();
+  const int index = domain_.FindPredicate(head);
+  if (index < 0) {
+    std::vector<std::string> known = NamesOf(domain_.predicates);
+    known.insert(known.end(), kConnectives.begin(), kConnectives.end());
+    known.push_back("=");
+    diagnostics_.Add(
+        expression.items.empty() ? expression.where : expression.items.front().where,
+        head.empty() ? "a predicate or connective is missing" : "unknown predicate " + Quote(head),
+        Suggest(head, known));
+    return formula;
+  }
+  const Predicate& predicate = domain_.predicates[static_cast<size_t>(index)];
+  const size_t given = expression.items.size() - 1;
+  const bool right_count = given == predicate.parameters.size();
+  if (!right_count) {
+    diagnostics_.Add(expression.where,
+                     Quote(predicate.name) + " has " + std::to_string(given) + " argument" +
+                         (given == 1 ? "" : "s") + ", not " + std::to_string(predicate.parameters.size()),
+                     "accepted: " + Signature(predicate, domain_));
+  }
+  bool good = right_count;
+  std::vector<Term> terms;
+  for (size_t i = 0; i < given; ++i) {
+    const Expression& item = expression.items[i + 1];
+    Term term;
+    if (!ParseTerm(item, term)) {
+      good = false;
+      continue;
+    }
+    if (right_count && !domain_.Fits(TypesOf(term), predicate.parameters[i].types)) {
+      diagnostics_.Add(item.where,
+                       Quote(item.word) + " is of type '" + domain_.TypeText(TypesOf(term)) +
+                           "', but argument " + std::to_string(i + 1) + " of " + Quote(predicate.name) +
+                           " must be '" + domain_.TypeText(predicate.parameters[i].types) + "'",
+                       "accepted: " + Signature(predicate, domain_));
+      good = false;
+    }
+    terms.push_back(term);
+  }
+  if (!good) return formula;
+  formula.kind = Formula::Kind::kAtom;
+  formula.predicate = index;
+  formula.terms = std::move(terms);
+  return formula;
+}
+
+std::vector<TypedName> FormulaParser::ParseVariables(const Expression& expression) {
+  if (!expression.is_list) {
+    diagnostics_.Add(expression.where, Show(expression) + " is not a list of variables",
+                     "accepted: (?a - type …)");
+    return {};
+  }
+  return ParseTypedList(expression.items, 0, NameKind::kVariable, domain_, diagnostics_);
+}
+
+Formula FormulaParser::ParseFormula(const Expression& expression) {
+  Formula formula;
+  formula.where = expression.where;
+  if (!expression.is_list) {
+    diagnostics_.Add(expression.where, Quote(expression.word) + " is not a formula",
+                     "a formula stands in parentheses");
+    return formula;
+  }
+  if (expression.items.empty()) return formula;  // '()' is true, as in the oldest domains.
+  const std::string head = LowerCase(expression.head());
+  using Kind = Formula::Kind;
+  if (head == "and" || head == "or") {
+    formula.kind = head == "and" ? Kind::kAnd : Kind::kOr;
+    for (size_t i = 1; i < expression.items.size(); ++i)
+      formula.children.push_back(ParseFormula(expression.items[i]));
+  } else if (head == "not") {
+    if (!HasItems(expression, 2, "(not formula)")) return formula;
+    formula.kind = Kind::kNot;
+    formula.children.push_back(ParseFormula(expression.items[1]));
+  } else if (head == "imply") {
+    if (!HasItems(expression, 3, "(imply formula formula)")) return formula;
+    formula.kind = Kind::kImply;
+    for (size_t i = 1; i < 3; ++i) formula.children.push_back(ParseFormula(expression.items[i]));
+  } else if (head == "forall" || head == "exists") {
+    if (!HasItems(expression, 3, "(forall (?a - type …) formula) or (exists (?a - type …) formula)"))
+      return formula;
+    formula.kind = head == "forall" ? Kind::kForall : Kind::kExists;
+    formula.variables = ParseVariables(expression.items[1]);
+    Push(formula.variables);
+    formula.children.push_back(ParseFormula(expression.items[2]));
+    Pop(formula.variables.size());
+  } else if (head == "=") {
+    if (!HasItems(expression, 3, "(= term term)")) return formula;
+    std::vector<Term> terms(2);
+    for (size_t i = 0; i < 2; ++i) {
+      if (!ParseTerm(expression.items[i + 1], terms[i])) return formula;
+    }
+    formula.kind = Kind::kEquals;
+    formula.terms = std::move(terms);
+  } else if (domain_.FindPredicate(head) < 0 && Contains(kNumeric, head)) {
+    diagnostics_.Add(expression.where, Show(expression) + ": numeric fluents are not supported");
+  } else if (domain_.FindPredicate(head) < 0 && Contains(kModal, head)) {
+    diagnostics_.Add(expression.where,
+                     Show(expression) + ": preferences and trajectory constraints are not supported");
+  } else if (domain_.FindPredicate(head) < 0 && head == "when") {
+    diagnostics_.Add(expression.where, "'(when …)' is an effect, not a formula",
+                     "write (imply condition formula)");
+  } else {
+    return ParseAtom(expression);
+  }
+  return formula;
+}
+
+Effect FormulaParser::ParseEffect(const Expression& expression) {
+  Effect effect;
+  effect.where = expression.where;
+  if (!expression.is_list) {
+    diagnostics_.Add(expression.where, Quote(expression.word) + " is not an effect",
+                     "an effect stands in parentheses");
+    return effect;
+  }
+  if (expression.items.empty()) return effect;
+  const std::string head = LowerCase(expression.head());
+  using Kind = Effect::Kind;
+  auto literal = [&](const Expression& atom, Kind kind) {
+    const Formula parsed = ParseAtom(atom);
+    if (parsed.kind != Formula::Kind::kAtom) return;
+    effect.kind = kind;
+    effect.predicate = parsed.predicate;
+    effect.terms = parsed.terms;
+  };
+  if (head == "and") {
+    for (size_t i = 1; i < expression.items.size(); ++i)
+      effect.children.push_back(ParseEffect(expression.items[i]));
+  } else if (head == "not") {
+    if (!HasItems(expression, 2, "(not (predicate …))")) return effect;
+    const Expression& atom = expression.items[1];
+    const std::string inner = LowerCase(atom.head());
+    if (!atom.is_list || Contains(kConnectives, inner) || inner == "=" || inner == "when") {
+      diagnostics_.Add(atom.where, "an effect can negate only a predicate, not " + Show(atom),
+                       "accepted: (not (predicate …))");
+      return effect;
+    }
+    literal(atom, Kind::kDelete);
+  } else if (head == "forall") {
+    if (!HasItems(expression, 3, "(forall (?a - type …) effect)")) return effect;
+    effect.kind = Kind::kForall;
+    effect.variables = ParseVariables(expression.items[1]);
+    Push(effect.variables);
+    effect.children.push_back(ParseEffect(expression.items[2]));
+    Pop(effect.variables.size());
+  } else if (head == "when") {
+    if (!HasItems(expression, 3, "(when condition effect)")) return effect;
+    effect.kind = Kind::kWhen;
+    effect.condition = ParseFormula(expression.items[1]);
+    effect.children.push_back(ParseEffect(expression.items[2]));
+  } else if (domain_.FindPredicate(head) < 0 && Contains(kNumeric, head)) {
+    diagnostics_.Add(expression.where,
+                     Show(expression) + ": action costs and numeric fluents are not supported");
+  } else if (domain_.FindPredicate(head) < 0 && (Contains(kConnectives, head) || head == "=")) {
+    diagnostics_.Add(expression.where, Show(expression) + " is not an effect",
+                     "accepted: (predicate …), (not (predicate …)), (and …), (forall …) and (when …)");
+  } else {
+    literal(expression, Kind::kAdd);
+  }
+  return effect;
+}
+
+}  // namespace tether::symbolic

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tether/symbolic/condition.h"
+#include "tether/symbolic/pddl.h"
+
+namespace tether::symbolic {
+
+/// A predicate with its arguments.
+struct Atom {
+  int predicate = -1;
+  std::vector<int> arguments;  ///< Indices into Problem::objects.
+
+  auto operator<=>(const Atom&) const = default;
+};
+
+/// Part of what a ground action does: atoms made false, then atoms made true, where the condition held in the
+/// state before.
+struct GroundEffect {
+  Condition condition;
+  std::vector<int> deletes;
+  std::vector<int> adds;
+};
+
+struct GroundAction {
+  int schema = -1;             ///< Index into Domain::actions.
+  std::vector<int> arguments;  ///< Indices into Problem::objects.
+  std::string name;            ///< "push(hook,box,table)", in the spelling of the files.
+  Condition precondition;
+  std::vector<GroundEffect> effects;
+};
+
+/// A grounded problem. Atoms that can't change are evaluated away, and actions that can't be reached even
+/// when nothing is ever deleted are left out. Immutable: safe to share between threads.
+class Task {
+ public:
+  /// Throws InputError when grounding would exceed the limits on its size.
+  static std::shared_ptr<const Task> Ground(std::shared_ptr<const Problem> problem);
+
+  const Problem& problem() const { return *problem_; }
+  const std::shared_ptr<const Problem>& shared_problem() const { return problem_; }
+  const Domain& domain() const { return *problem_->domain; }
+
+  /// The atoms that can change, ordered by predicate, then arguments.
+  const std::vector<Atom>& atoms() const { return atoms_; }
+  /// Ordered by schema, then arguments, each in file order.
+  const std::vector<GroundAction>& actions() const { return actions_; }
+  const State& initial_state() const { return initial_state_; }
+  const Condition& goal() const { return goal_; }
+  /// 64-bit words of a state; at least 1.
+  size_t words() const { return initial_state_.size(); }
+
+  bool IsApplicable(int action, StateView state) const {
+    return actions_[static_cast<size_t>(action)].precondition.Holds(state);
+  }
+  /// The state after `action`, whose precondition must hold in `state`. `next` has words() words and is not
+  /// `state`.
+  void Apply(int action, StateView state, std::span<uint64_t> next) const;
+  State Apply(int action, const State& state) const;
+  bool IsGoal(StateView state) const { return goal_.Holds(state); }
+
+  /// Index of the action of that name, such as "pick(hook)", in the spelling of the files; -1 if there is
+  /// none.
+  int FindAction(std::string_view name) const;
+  /// Index of a changing atom, -1 if it can't change; then HoldsAlways() says what it is.
+  int FindAtom(const Atom& atom) const;
+  bool HoldsAlways(const Atom& atom) const;
+  bool Holds(const Atom& atom, StateView state) const;
+
+  /// Grounds a formula without free variables, parsed against this problem.
+  Condition Compile(const Formula& formula) const;
+
+  /// "on(box,table)".
+  std::string AtomName(const Atom& atom) const;
+  /// Names of the atoms that hold in `state`, those that never change included if asked for; in the order of
+  /// atoms.
+  std::vector<std::string> TrueAtoms(StateView state, bool with_constant = false) const;
+
+ private:
+  friend class Grounder;
+  Task() = default;
+
+  /// An effect as masks on one word.
+  struct WordChange {
+    size_t word = 0;
+    uint64_t deletes = 0;
+    uint64_t adds = 0;
+  };
+  struct Change {
+    bool conditional = false;
+    std::vector<WordChange> words;
+  };
+
+  std::shared_ptr<const Problem> problem_;
+  std::vector<Atom> atoms_;
+  std::map<Atom, int> atom_index_;
+  std::vector<Atom> constant_atoms_;  ///< True in every reachable state; sorted.
+  std::vector<GroundAction> actions_;
+  std::map<std::string, int, std::less<>> action_index_;
+  std::vector<std::vector<Change>> changes_;  ///< Per action, one per effect.
+  State initial_state_;
+  Condition goal_;
+};
+
+}  // namespace tether::symbolic
