@@ -1,0 +1,264 @@
+#include "tether/control/operational_space.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "tether/common/error.h"
+#include "tether/common/value.h"
+
+namespace tether::control {
+namespace {
+
+using math::Matrix6d;
+using math::Vector6d;
+
+// Makes rotational and linear mobilities comparable: the arm's effect on a point this far from the grasp
+// point, m.
+constexpr double kCharacteristicLength = 0.2;
+// Directions whose mobility (1/kg, at the characteristic length) is below this are damped: an effective mass
+// of 25 kg.
+constexpr double kSmallMobility = 0.02;
+// Braking before a position limit keeps within this deceleration, rad/s², and ends this far from the limit,
+// rad.
+constexpr double kBrake = 10;
+constexpr double kLimitGap = 0.02;
+// Joints are braked from this share of the velocity limit on.
+constexpr double kVelocityShare = 0.85;
+// Rate at which a joint's excess velocity is removed, 1/s; a fifth of the control rate at most.
+constexpr double kBrakeRate = 200;
+
+Eigen::Vector3d Saturated(const Eigen::Vector3d& v, double max) {
+  const double norm = v.norm();
+  return norm > max ? Eigen::Vector3d(v * (max / norm)) : v;
+}
+
+}  // namespace
+
+void OperationalSpaceGains::Validate() const {
+  Diagnostics diagnostics;
+  const auto check = [&](const char* name, double value, bool zero_is_fine) {
+    if (std::isfinite(value) && (value > 0 || (zero_is_fine && value == 0))) return;
+    diagnostics.Add({}, std::string("gain '") + name + "' is " + Value(value).AsText(),
+                    zero_is_fine ? "a finite number, not negative" : "a finite number above 0");
+  };
+  check("position", position, false);
+  check("position_damping", position_damping, false);
+  check("rotation", rotation, false);
+  check("rotation_damping", rotation_damping, false);
+  check("posture", posture, true);
+  check("posture_damping", posture_damping, true);
+  check("obstacle_damping", obstacle_damping, true);
+  check("limit_margin", limit_margin, false);
+  check("limit_push", limit_push, true);
+  check("max_position_error", max_position_error, false);
+  check("max_rotation_error", max_rotation_error, false);
+  diagnostics.ThrowIfAny();
+}
+
+struct OperationalSpaceController::Workspace {
+  std::shared_ptr<const robot::Model> model;
+  OperationalSpaceGains gains;
+  Eigen::VectorXd posture;
+  ControlFlags flags;
+  Eigen::VectorXd torque, bias, task, null, brake, excess;
+  Eigen::LLT<Eigen::MatrixXd> M_llt;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> MinvJt;  // n × 6
+  Eigen::SelfAdjointEigenSolver<Matrix6d> eigen;
+  Matrix6d mobility, lambda;
+
+  explicit Workspace(int n)
+      : torque(Eigen::VectorXd::Zero(n)),
+        bias(Eigen::VectorXd::Zero(n)),
+        task(Eigen::VectorXd::Zero(n)),
+        null(Eigen::VectorXd::Zero(n)),
+        brake(Eigen::VectorXd::Zero(n)),
+        excess(Eigen::VectorXd::Zero(n)),
+        M_llt(n),
+        MinvJt(n, 6) {}
+
+  const Eigen::VectorXd& Fault(const robot::State& state);
+  void ComputeLambda(const robot::State& state);
+  Vector6d DesiredAcceleration(const robot::State& state, const HandTarget& target) const;
+  void ComputePosture(const robot::State& state);
+  void ComputeBrakes(const robot::State& state);
+  void Limit();
+};
+
+OperationalSpaceController::OperationalSpaceController(std::shared_ptr<const robot::Model> model,
+                                                       const OperationalSpaceGains& gains,
+                                                       const Eigen::VectorXd& posture)
+    : work_(std::make_unique<Workspace>(model->dof())) {
+  gains.Validate();
+  assert(posture.size() == model->dof());
+  work_->model = std::move(model);
+  work_->gains = gains;
+  work_->posture = posture;
+}
+
+OperationalSpaceController::~OperationalSpaceController() = default;
+OperationalSpaceController::OperationalSpaceController(OperationalSpaceController&&) noexcept = default;
+OperationalSpaceController& OperationalSpaceController::operator=(OperationalSpaceController&&) noexcept =
+    default;
+
+const ControlFlags& OperationalSpaceController::flags() const { return work_->flags; }
+const Eigen::VectorXd& OperationalSpaceController::posture() const { return work_->posture; }
+
+void OperationalSpaceController::set_posture(const Eigen::VectorXd& posture) {
+  assert(posture.size() == work_->posture.size());
+  work_->posture = posture;
+}
+
+const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& state,
+                                                           const HandTarget& target) {
+  Workspace& w = *work_;
+  w.flags = {};
+  const bool target_finite = target.X_BH.p.allFinite() && target.X_BH.R.allFinite() &&
+                             target.V_BH.allFinite() && target.A_BH.allFinite() && target.F_BH.allFinite() &&
+                             target.toward_obstacle.allFinite() && std::isfinite(target.obstacle_weight);
+  const bool state_finite = state.q().allFinite() && state.v().allFinite() && state.bias().allFinite() &&
+                            state.J_BH().allFinite() && state.M().allFinite() && state.X_BH().p.allFinite() &&
+                            state.X_BH().R.allFinite();
+  if (!target_finite || !state_finite) return w.Fault(state);
+  w.bias = state.bias();
+
+  w.M_llt.compute(state.M());
+  if (w.M_llt.info() != Eigen::Success) return w.Fault(state);
+  w.ComputeLambda(state);
+  const Vector6d force = w.lambda * w.DesiredAcceleration(state, target) + target.F_BH;
+  w.task.noalias() = state.J_BH().transpose() * force;
+
+  w.ComputePosture(state);
+  // Dynamically consistent projection: what is left of the posture torque accelerates the joints but not the
+  // hand.
+  const Vector6d hand_acceleration = w.MinvJt.transpose() * w.null;
+  const Vector6d hand_force = w.lambda * hand_acceleration;
+  w.null.noalias() -= state.J_BH().transpose() * hand_force;
+  w.task += w.null;
+
+  w.ComputeBrakes(state);
+  w.task += w.brake;
+  w.Limit();
+  if (!w.torque.allFinite()) return w.Fault(state);
+  return w.torque;
+}
+
+// Carries the last known gravity and, where velocities are known, brakes.
+const Eigen::VectorXd& OperationalSpaceController::Workspace::Fault(const robot::State& state) {
+  flags.fault = true;
+  if (state.bias().allFinite()) bias = state.bias();
+  task.setZero();
+  if (state.v().allFinite()) {
+    const double rate = gains.posture_damping;
+    if (state.M().allFinite()) {
+      task = -rate * state.M().diagonal().cwiseProduct(state.v());
+    } else {
+      task = -rate * state.v();
+    }
+  }
+  Limit();
+  return torque;
+}
+
+void OperationalSpaceController::Workspace::ComputeLambda(const robot::State& state) {
+  MinvJt = state.J_BH().transpose();
+  M_llt.solveInPlace(MinvJt);
+  Vector6d scale;
+  scale << 1, 1, 1, kCharacteristicLength, kCharacteristicLength, kCharacteristicLength;
+  mobility.noalias() = state.J_BH() * MinvJt;
+  mobility = scale.asDiagonal() * mobility * scale.asDiagonal();
+  mobility = 0.5 * (mobility + mobility.transpose()).eval();
+  eigen.compute(mobility);
+  Vector6d inverse;
+  for (int i = 0; i < 6; ++i) {
+    const double value = std::max(0.0, eigen.eigenvalues()[i]);
+    // Smooth at the threshold, at most 1/(2 d) anywhere and zero where the arm cannot move at all.
+    double damping = 0;
+    if (value < kSmallMobility) {
+      flags.singular = true;
+      const double depth = 1 - value / kSmallMobility;
+      damping = 0.5 * kSmallMobility * depth;
+    }
+    const double denominator = value * value + damping * damping;
+    inverse[i] = denominator > 0 ? value / denominator : 0;
+  }
+  lambda = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  lambda = scale.asDiagonal() * lambda * scale.asDiagonal();
+}
+
+// Paper A, eqs. (30b) and (31c)–(31d), with the target's motion fed forward.
+Vector6d OperationalSpaceController::Workspace::DesiredAcceleration(const robot::State& state,
+                                                                    const HandTarget& target) const {
+  const math::Pose& X_BH = state.X_BH();
+  const Vector6d V_BH = state.J_BH() * state.v();
+  const Eigen::Vector3d position_error = Saturated(target.X_BH.p - X_BH.p, gains.max_position_error);
+  const Eigen::Matrix3d R_error = target.X_BH.R * X_BH.R.transpose();
+  const Eigen::Vector3d rotation_error = Saturated(math::LogSO3(R_error), gains.max_rotation_error);
+  Vector6d a = target.A_BH;
+  a.head<3>() +=
+      gains.position * position_error + gains.position_damping * (target.V_BH.head<3>() - V_BH.head<3>());
+  a.tail<3>() +=
+      gains.rotation * rotation_error + gains.rotation_damping * (target.V_BH.tail<3>() - V_BH.tail<3>());
+  const double approach = V_BH.head<3>().dot(target.toward_obstacle);
+  if (approach > 0) {
+    a.head<3>() -= gains.obstacle_damping * target.obstacle_weight * approach * target.toward_obstacle;
+  }
+  return a;
+}
+
+void OperationalSpaceController::Workspace::ComputePosture(const robot::State& state) {
+  // `brake` is free to hold the joint accelerations here.
+  Eigen::VectorXd& acceleration = brake;
+  acceleration = gains.posture * (posture - state.q()) - gains.posture_damping * state.v();
+  for (int i = 0; i < acceleration.size(); ++i) {
+    const double margin = std::min(gains.limit_margin, 0.25 * (model->upper()[i] - model->lower()[i]));
+    const double below = std::clamp(1 - (state.q()[i] - model->lower()[i]) / margin, 0.0, 1.5);
+    const double above = std::clamp(1 - (model->upper()[i] - state.q()[i]) / margin, 0.0, 1.5);
+    acceleration[i] += gains.limit_push * (below * below - above * above);
+  }
+  null.noalias() = state.M() * acceleration;
+}
+
+// Each joint may run towards a limit only as fast as it can brake before it.
+void OperationalSpaceController::Workspace::ComputeBrakes(const robot::State& state) {
+  for (int i = 0; i < brake.size(); ++i) {
+    const double q = state.q()[i];
+    const double v = state.v()[i];
+    const double cap = kVelocityShare * model->max_velocity()[i];
+    const auto allowed = [&](double room) {
+      return room > 0 ? std::min(cap, std::sqrt(2 * kBrake * room)) : std::max(-cap, 4 * room);
+    };
+    const double up = allowed(model->upper()[i] - kLimitGap - q);
+    const double down = -allowed(q - model->lower()[i] - kLimitGap);
+    excess[i] = v > up ? up - v : v < down ? down - v : 0;
+    if (excess[i] != 0) flags.joint_limit = true;
+  }
+  brake.setZero();
+  if (!flags.joint_limit) return;
+  brake.noalias() = kBrakeRate * (state.M() * excess);
+  // What the task asks for towards the limit is taken away.
+  for (int i = 0; i < brake.size(); ++i) {
+    if (task[i] * excess[i] < 0) brake[i] -= task[i];
+  }
+}
+
+void OperationalSpaceController::Workspace::Limit() {
+  double scale = 1;
+  for (int i = 0; i < task.size(); ++i) {
+    const double max = model->max_torque()[i];
+    const double held = std::clamp(bias[i], -max, max);
+    const double room = task[i] > 0 ? max - held : max + held;
+    if (std::abs(task[i]) > room) scale = std::min(scale, room / std::abs(task[i]));
+  }
+  flags.torque_limit = scale < 1;
+  for (int i = 0; i < task.size(); ++i) {
+    const double max = model->max_torque()[i];
+    torque[i] = std::clamp(bias[i] + scale * task[i], -max, max);
+  }
+}
+
+}  // namespace tether::control
