@@ -10,6 +10,23 @@
 
 namespace tether {
 
+Value::Value() = default;
+Value::Value(const Value& other) = default;
+Value::Value(Value&& other) noexcept = default;
+Value& Value::operator=(const Value& other) = default;
+Value& Value::operator=(Value&& other) noexcept = default;
+Value::~Value() = default;
+
+Value::Value(Kind kind) : kind_(kind) {}
+Value::Value(bool value) : kind_(Kind::kBool), number_(value ? 1 : 0) {}
+Value::Value(double value) : kind_(Kind::kNumber), number_(value) {}
+Value::Value(int64_t value)
+    : kind_(Kind::kNumber), is_integer_(true), integer_(value), number_(static_cast<double>(value)) {}
+Value::Value(int value) : Value(static_cast<int64_t>(value)) {}
+Value::Value(uint64_t value) : Value(static_cast<int64_t>(value)) {}
+Value::Value(std::string value) : kind_(Kind::kString), text_(std::move(value)) {}
+Value::Value(std::string_view value) : Value(std::string(value)) {}
+Value::Value(const char* value) : Value(std::string(value)) {}
 Value::Value(const Eigen::VectorXd& value) : kind_(Kind::kArray) {
   for (double entry : value) items_.emplace_back(entry);
 }
@@ -122,7 +139,8 @@ class YamlReader {
     const char* begin = text.data() + (text.starts_with("+") ? 1 : 0);
     const char* end = text.data() + text.size();
     int64_t integer = 0;
-    if (const auto result = std::from_chars(begin, end, integer); result.ec == std::errc() && result.ptr == end) {
+    if (const auto result = std::from_chars(begin, end, integer);
+        result.ec == std::errc() && result.ptr == end) {
       value.kind_ = Value::Kind::kNumber;
       value.is_integer_ = true;
       value.integer_ = integer;

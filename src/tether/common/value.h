@@ -14,25 +14,31 @@ namespace tether {
 
 /// A node of a document: what YAML and JSON files hold, with the place in the file where it stands.
 ///
-/// One type serves reading and writing. Objects keep the order in which their keys were written. A scalar read
-/// from a file keeps its text, so that an error can show what the user wrote.
+/// One type serves reading and writing. Objects keep the order in which their keys were written. A scalar
+/// read from a file keeps its text, so that an error can show what the user wrote.
 class Value {
  public:
   enum class Kind { kNull, kBool, kNumber, kString, kArray, kObject };
 
   struct Member;
 
-  Value() = default;
-  Value(bool value) : kind_(Kind::kBool), number_(value ? 1 : 0) {}  // NOLINT: conversions are the point
-  Value(double value) : kind_(Kind::kNumber), number_(value) {}      // NOLINT
-  Value(int value) : Value(static_cast<int64_t>(value)) {}           // NOLINT
-  Value(int64_t value)                                               // NOLINT
-      : kind_(Kind::kNumber), is_integer_(true), integer_(value), number_(static_cast<double>(value)) {}
-  Value(uint64_t value) : Value(static_cast<int64_t>(value)) {}                // NOLINT
-  Value(std::string value) : kind_(Kind::kString), text_(std::move(value)) {}  // NOLINT
-  Value(std::string_view value) : Value(std::string(value)) {}                 // NOLINT
-  Value(const char* value) : Value(std::string(value)) {}                      // NOLINT
-  Value(const Eigen::VectorXd& value);                                         // NOLINT
+  // Defined where Member is complete: the members are a vector of it.
+  Value();
+  Value(const Value& other);
+  Value(Value&& other) noexcept;
+  Value& operator=(const Value& other);
+  Value& operator=(Value&& other) noexcept;
+  ~Value();
+
+  Value(bool value);                    // NOLINT: conversions are the point
+  Value(double value);                  // NOLINT
+  Value(int value);                     // NOLINT
+  Value(int64_t value);                 // NOLINT
+  Value(uint64_t value);                // NOLINT
+  Value(std::string value);             // NOLINT
+  Value(std::string_view value);        // NOLINT
+  Value(const char* value);             // NOLINT
+  Value(const Eigen::VectorXd& value);  // NOLINT
   static Value Array() { return Value(Kind::kArray); }
   static Value Object() { return Value(Kind::kObject); }
 
@@ -60,13 +66,13 @@ class Value {
   const std::vector<Member>& members() const;
   /// The member with this key, or null.
   const Value* Find(std::string_view key) const;
-  /// Adds a member, or replaces the one that has the key. `where` is the key's place, if it has one. Returns *this,
-  /// for chaining.
+  /// Adds a member, or replaces the one that has the key. `where` is the key's place, if it has one. Returns
+  /// *this, for chaining.
   Value& Set(std::string_view key, Value value, Location where = {});
 
  private:
   friend class YamlReader;
-  explicit Value(Kind kind) : kind_(kind) {}
+  explicit Value(Kind kind);
 
   Kind kind_ = Kind::kNull;
   bool is_integer_ = false;
@@ -91,8 +97,8 @@ Value ParseYaml(std::string_view text, const std::string& file);
 /// Reads and parses a file. Throws InputError if it can't be read.
 Value ReadYaml(const std::string& path);
 
-/// The document as JSON. Numbers are written with the fewest digits that read back to the same double; numbers
-/// that are not finite become null, since JSON has no word for them.
+/// The document as JSON. Numbers are written with the fewest digits that read back to the same double;
+/// numbers that are not finite become null, since JSON has no word for them.
 std::string WriteJson(const Value& value, int indent = 2);
 
 /// The whole file as text. Throws InputError if it can't be read.
