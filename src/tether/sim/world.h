@@ -18,28 +18,45 @@ struct WorldOptions {
 
 /// A physics world built from a scene: rigid bodies, arms, grasping by friction (nothing is ever glued).
 /// Deterministic: the same scene and the same commands give the same motion, bit for bit.
+///
+/// Bodies have uniform density. Where two surfaces meet, the greater of their friction coefficients counts.
+/// Fixed objects and robot bases may overlap one another. Stepping and the in-place queries allocate nothing.
 class World : public robot::Interface {
  public:
-  /// `models` holds one model per robot of the scene, by robot name. Throws InputError for what cannot be simulated.
+  /// `models` holds one model per robot of the scene, by robot name. Throws InputError for what cannot be
+  /// simulated.
   World(const scene::Scene& scene, const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
         const WorldOptions& options = {});
   ~World() override;
 
   double time() const;
   robot::Observations Observe() const override;
+  /// The same in place: no allocation once `observations` has been filled by an earlier call.
+  void Observe(robot::Observations* observations) const;
+  /// Steps the physics by `period`, rounded so that steps and periods never drift apart. Torques are limited
+  /// to what the motors can give, gripper forces likewise. A robot that isn't named keeps its gripper's last
+  /// command and floats, compensating gravity. Throws InputError for a robot that isn't there, a command that
+  /// is not finite or of the wrong size, and when the simulation has become unstable.
   void Apply(const robot::Commands& commands, double period) override;
 
   /// The true poses of all objects, fixed ones included.
   scene::WorldEstimate Truth() const;
+  /// The same in place: no allocation once `estimate` has been filled by an earlier call.
+  void Truth(scene::WorldEstimate* estimate) const;
   /// The true linear and angular velocity of an object in the world frame, (m/s, rad/s).
   math::Vector6d ObjectVelocity(const std::string& object) const;
-  /// Sum of the normal contact forces between two bodies (object names, or robot names), N; 0 without contact.
+  /// Sum of the normal contact forces between two bodies (object names, or robot names), N; 0 without
+  /// contact.
   double ContactForce(const std::string& a, const std::string& b) const;
 
-  /// Puts an object at a pose at once, at rest. For setting up; during a run use MoveObject.
+  /// Puts an object at a pose at once, at rest. For setting up; during a run use MoveObject. Fixed objects
+  /// that have a fixed object as their parent move with it, here and in MoveObject.
   void PlaceObject(const std::string& object, const math::Pose& X_WO);
-  /// A disturbance: drives an object from where it is to `X_WO_goal` over `duration` seconds (> 0) at finite speed, fixed
-  /// objects included; things that rest on it ride along by friction. A movable object is free again afterwards.
+  /// A disturbance: drives an object from where it is to `X_WO_goal` over `duration` seconds (> 0) at finite
+  /// speed, fixed objects included; things that rest on it ride along by friction. Speed rises and falls
+  /// smoothly and peaks at 15/8 of the mean. Fixed objects push with any force; a movable one only with its
+  /// own momentum, so that what blocks it holds it up, and is free again afterwards. A second call replaces
+  /// the first. Throws InputError for an object that isn't there and a duration that is not positive.
   void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration);
 
  private:

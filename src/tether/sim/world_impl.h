@@ -1,0 +1,98 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/sim/world.h"
+
+struct mjModel_;
+struct mjData_;
+
+namespace tether::sim {
+
+struct DeleteMujoco {
+  void operator()(mjModel_* model) const;
+  void operator()(mjData_* data) const;
+};
+
+/// A motion that an object is made to follow: from `start` to `goal` between two times.
+struct Drive {
+  math::Pose start;
+  math::Vector6d change =
+      math::Vector6d::Zero();  ///< (translation in the world, rotation vector in the body)
+  double begin = 0;
+  double duration = 0;
+
+  double end() const { return begin + duration; }
+  math::Pose At(double time) const;
+};
+
+struct World::Impl {
+  enum class Mode { kStatic, kDriven, kFree };
+
+  struct ObjectEntry {
+    std::string name;
+    Mode mode = Mode::kStatic;
+    int body = -1;
+    int qpos = -1;
+    int dof = -1;
+    math::Pose X_WO;  ///< Where it is, if it isn't free.
+    int leader = -1;  ///< The object whose drive it follows, itself mostly; −1: none.
+    math::Pose X_LO;  ///< In the leader's frame.
+  };
+
+  struct RobotEntry {
+    std::string name;
+    std::shared_ptr<const robot::Model> model;
+    std::vector<int> joint, qpos, dof;  ///< Of the arm's joints.
+    std::vector<int> finger_qpos, finger_dof;
+    Eigen::VectorXd torque;
+    bool commanded = false;  ///< In the current period.
+    robot::GripperCommand gripper;
+  };
+
+  const scene::Scene scene;
+  const std::map<std::string, std::shared_ptr<const robot::Model>> models;
+  const WorldOptions options;
+
+  std::unique_ptr<mjModel_, DeleteMujoco> model;
+  std::unique_ptr<mjData_, DeleteMujoco> data;
+  std::vector<ObjectEntry> objects;
+  std::vector<RobotEntry> robots;
+  std::vector<int>
+      owner;  ///< Per body: index of the object, or of the robot plus the number of objects; −1: world.
+  std::map<int, Drive> drives;  ///< By object.
+  long steps = 0;
+  double target_time = 0;
+
+  Impl(const scene::Scene& scene_in,
+       const std::map<std::string, std::shared_ptr<const robot::Model>>& models_in,
+       const WorldOptions& options_in);
+
+  double time() const { return static_cast<double>(steps) * options.timestep; }
+  /// Builds model and data from the scene with the objects where they are now, and keeps the state of all
+  /// joints.
+  void Compile();
+  void FindIds();
+  void CheckRobots() const;
+  /// Index of an object; throws InputError with the nearest match.
+  int ObjectIndex(const std::string& name) const;
+  int OwnerIndex(const std::string& name) const;
+  math::Pose ObjectPose(const ObjectEntry& object) const;
+  void SetFreePose(const ObjectEntry& object, const math::Pose& X_WO);
+  void SetFreeVelocity(const ObjectEntry& object, const math::Pose& X_WO, const math::Vector6d& V_WO);
+  /// The fixed objects mounted on a fixed one, itself first.
+  std::vector<int> Mounted(int object) const;
+
+  void Step();
+  void FollowDrives();
+  void ApplyForces();
+  void CheckStable() const;
+};
+
+}  // namespace tether::sim
