@@ -144,6 +144,16 @@ Vector2d OverlapCentre(const Flat& first, const Flat& second, double* miss) {
   return centre;
 }
 
+/// The middle of the overlap of two discs.
+Vector2d LensCentre(const Vector2d& a, double radius_a, const Vector2d& b, double radius_b, double* miss) {
+  const double apart = (b - a).norm();
+  if (!(apart > 0)) return a;
+  const double lower = std::max(-radius_a, apart - radius_b);
+  const double upper = std::min(radius_a, apart + radius_b);
+  *miss = std::max(0.0, lower - upper);
+  return a + (b - a) * (0.5 * (lower + upper) / apart);
+}
+
 Flat Project(const Feature& feature, const Vector3d& u, const Vector3d& v) {
   Flat flat;
   flat.size = feature.size;
@@ -229,7 +239,23 @@ double WitnessAlong(const Query& query, const Vector3d& n, Gap* gap) {
   } else {
     const Vector3d u = n.unitOrthogonal();
     const Vector3d v = n.cross(u);
-    const Vector2d centre = OverlapCentre(Project(a, u, v), Project(b, u, v), &miss);
+    const auto across = [&](const Vector3d& p) { return Vector2d(u.dot(p), v.dot(p)); };
+    const bool disc_a = query.a.disc > 0 && a.size == Feature::kMaxPoints;
+    const bool disc_b = query.b.disc > 0 && b.size == Feature::kMaxPoints;
+    Vector2d centre;
+    if (disc_a && disc_b) {
+      centre = LensCentre(Vector2d::Zero(), query.a.disc, across(query.X_AB.p), query.b.disc, &miss);
+    } else {
+      const Flat flat_a = Project(a, u, v);
+      const Flat flat_b = Project(b, u, v);
+      centre = OverlapCentre(flat_a, flat_b, &miss);
+      if (miss > 0 && (disc_a || disc_b)) {
+        // The overlap may lie between the circle and the polygon inscribed in it.
+        const Vector2d middle = disc_a ? Vector2d::Zero() : across(query.X_AB.p);
+        centre = NearestOnFlat(disc_a ? flat_b : flat_a, middle);
+        miss = std::max(0.0, (centre - middle).norm() - (disc_a ? query.a.disc : query.b.disc));
+      }
+    }
     gap->p_A = centre.x() * u + centre.y() * v + query.a.Support(n) * n;
   }
   gap->p_B = gap->p_A + gap->distance * n;
@@ -240,7 +266,12 @@ void BestNormal::Try(const Vector3d& n, int rank) {
   const double separation = query_.Separation(n);
   const double up = n.dot(query_.up_A);
   if (!(separation > separation_ - kTie)) return;
-  if (separation <= separation_ + kTie && (rank > rank_ || (rank == rank_ && up <= up_ + 1e-9))) return;
+  const bool same =
+      n.dot(n_) > 0.999;  // nearly the same normal is no tie: the better one is the more accurate
+  if (same && rank == rank_ && separation <= separation_) return;
+  if (!same && separation <= separation_ + kTie && (rank > rank_ || (rank == rank_ && up <= up_ + 1e-9)))
+    return;
+  if (same && rank > rank_ && separation <= separation_ + kTie) return;
   n_ = n;
   separation_ = separation;
   up_ = up;

@@ -56,30 +56,100 @@ Vector3d SupportDifference(const Query& query, const Vector3d& n) {
   return query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * n)) - query.a.SupportPoint(n);
 }
 
-/// Tries the local maxima of the separation over the unit normals across `axis`. Such normals belong to the
-/// ruled pieces of the Minkowski difference: a straight edge along `axis` against a rim, or a cylinder's
-/// side.
-void TryCircle(const Query& query, const Vector3d& axis, BestNormal* best) {
-  constexpr int kSamples = 24;
-  const Vector3d u = UpAcross(axis, query.up_A);
-  const Vector3d v = axis.cross(u);
-  const auto normal = [&](double angle) { return Vector3d(std::cos(angle) * u + std::sin(angle) * v); };
-  const auto slope = [&](double angle) {
-    return -SupportDifference(query, normal(angle)).dot(std::cos(angle) * v - std::sin(angle) * u);
-  };
-  best->Try(u, 1);
-  std::array<double, kSamples> value;
-  const double step = 2 * pi / kSamples;
-  for (int i = 0; i < kSamples; ++i) value[i] = query.Separation(normal(i * step));
-  for (int i = 0; i < kSamples; ++i) {
-    if (value[i] < value[(i + 1) % kSamples] || value[i] < value[(i + kSamples - 1) % kSamples]) continue;
-    const double lower = (i - 1) * step;
-    const double upper = (i + 1) * step;
-    const double f_lower = slope(lower);
-    const double f_upper = slope(upper);
-    if (f_lower > 0 || f_upper < 0) continue;
-    best->Try(normal(FindRoot(slope, lower, f_lower, upper, f_upper)), 1);
+/// The cosine and sine of evenly spaced angles.
+struct CircleTable {
+  static constexpr int kSize = 32;
+  std::array<double, kSize> cosine, sine;
+  CircleTable() {
+    for (int i = 0; i < kSize; ++i) {
+      cosine[i] = std::cos(2 * pi * i / kSize);
+      sine[i] = std::sin(2 * pi * i / kSize);
+    }
   }
+};
+const CircleTable kCircle;
+
+/// A better normal than the best so far is sought only where one might gain more than this, m.
+constexpr double kGain = 1e-6;
+
+/// The separation is the least of g · n over the differences g of points of B and A. So at every n it is at
+/// most g · n of any one of them: with supports at sampled normals this bounds it between the samples, and a
+/// branch-and-bound finds its greatest value for certain.
+class CircleSearch {
+ public:
+  CircleSearch(const Query& query, const Vector3d& axis, BestNormal* best)
+      : query_(query), best_(best), u_(UpAcross(axis, query.up_A)), v_(axis.cross(u_)) {}
+
+  void Run() {
+    constexpr int kSize = CircleTable::kSize;
+    std::array<Sample, kSize + 1> samples;
+    for (int i = 0; i < kSize; ++i) samples[i] = Take(2 * pi * i / kSize, kCircle.cosine[i], kCircle.sine[i]);
+    samples[kSize] = samples[0];
+    samples[kSize].angle = 2 * pi;
+    best_->Try(u_, 1);
+    for (int i = 0; i < kSize; ++i) Polish(samples[i], samples[i + 1]);
+    for (int i = 0; i < kSize; ++i) Split(samples[i], samples[i + 1], 0);
+  }
+
+ private:
+  struct Sample {
+    double angle = 0;
+    Vector3d n, g;
+    double value = 0, slope = 0;
+  };
+
+  Sample Take(double angle, double cosine, double sine) const {
+    Sample sample;
+    sample.angle = angle;
+    sample.n = cosine * u_ + sine * v_;
+    sample.g = SupportDifference(query_, sample.n);
+    sample.value = sample.g.dot(sample.n);
+    sample.slope = sample.g.dot(cosine * v_ - sine * u_);
+    return sample;
+  }
+  Sample Take(double angle) const { return Take(angle, std::cos(angle), std::sin(angle)); }
+
+  /// An upper bound of the separation between two samples: g · n is convex in the angle where it is negative,
+  /// so chords bound it; where it is positive it rises above its chord by at most its size times width² / 8.
+  double Bound(const Sample& a, const Sample& b) const {
+    const double a_at_b = a.g.dot(b.n);
+    const double b_at_a = b.g.dot(a.n);
+    const double width = b.angle - a.angle;
+    const double slack = std::max(0.0, std::max({a.value, b.value, a_at_b, b_at_a})) * width * width / 7;
+    const double drop_a = b_at_a - a.value;  // ≥ 0: b's chord starts above a's
+    const double drop_b = a_at_b - b.value;  // ≥ 0: and ends below
+    const double sum = drop_a + drop_b;
+    const double t = sum > 0 ? std::clamp(drop_a / sum, 0.0, 1.0) : 0.0;
+    return std::max({a.value, b.value, a.value + t * (a_at_b - a.value)}) + slack;
+  }
+
+  void Polish(const Sample& a, const Sample& b) {
+    if (!(a.slope >= 0 && b.slope <= 0) || Bound(a, b) <= best_->separation()) return;
+    const double angle =
+        FindRoot([this](double t) { return -Take(t).slope; }, a.angle, -a.slope, b.angle, -b.slope);
+    best_->Try(std::cos(angle) * u_ + std::sin(angle) * v_, 1);
+  }
+
+  void Split(const Sample& a, const Sample& b, int depth) {
+    if (depth > 24 || Bound(a, b) <= best_->separation() + kGain) return;
+    const Sample middle = Take(0.5 * (a.angle + b.angle));
+    if (middle.value > best_->separation()) {
+      Polish(a, middle);
+      Polish(middle, b);
+    }
+    Split(a, middle, depth + 1);
+    Split(middle, b, depth + 1);
+  }
+
+  const Query& query_;
+  BestNormal* best_;
+  Vector3d u_, v_;
+};
+
+/// Tries the unit normals across `axis`. They belong to the ruled pieces of the Minkowski difference: a
+/// straight edge along `axis` against a rim, or a cylinder's side.
+void TryCircle(const Query& query, const Vector3d& axis, BestNormal* best) {
+  CircleSearch(query, axis, best).Run();
 }
 
 /// The derivative of a support function's gradient, R (I − …) R^T for the disc of a core: zero for its box
@@ -133,26 +203,55 @@ Vector3d Climb(const Query& query, Vector3d n) {
   return n;
 }
 
-/// Tries local maxima of the separation over all normals: rim against rim, whose Minkowski difference is
-/// curved both ways. The starts are a coarse grid of directions.
-void TrySphere(const Query& query, BestNormal* best) {
-  constexpr int kStarts = 96;
-  constexpr int kKept = 6;
-  std::array<std::pair<double, Vector3d>, kKept> kept;
-  int count = 0;
-  for (int i = 0; i < kStarts; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kStarts;
-    const double angle = i * pi * (3 - std::sqrt(5.0));
-    const double across = std::sqrt(1 - z * z);
-    const Vector3d n(across * std::cos(angle), across * std::sin(angle), z);
-    const double value = query.Separation(n);
-    if (count == kKept && value <= kept[count - 1].first) continue;
-    int at = count < kKept ? count++ : kKept - 1;
-    for (; at > 0 && kept[at - 1].first < value; --at) kept[at] = kept[at - 1];
-    kept[at] = {value, n};
+/// Tries all normals, for rim against rim, whose Minkowski difference is curved both ways: branch-and-bound
+/// over spherical triangles, with the bound that CircleSearch explains.
+class SphereSearch {
+ public:
+  SphereSearch(const Query& query, BestNormal* best) : query_(query), best_(best) {}
+
+  void Run() {
+    std::array<Sample, 6> corner;
+    for (int i = 0; i < 6; ++i) corner[i] = Take((i % 2 == 0 ? 1.0 : -1.0) * Vector3d::Unit(i / 2));
+    for (int octant = 0; octant < 8; ++octant) {
+      Split(corner[octant & 1], corner[2 + ((octant >> 1) & 1)], corner[4 + (octant >> 2)], 0);
+    }
   }
-  for (int i = 0; i < count; ++i) best->Try(Climb(query, kept[i].second), 2);
-}
+
+ private:
+  struct Sample {
+    Vector3d n, g;
+    double value = 0;
+  };
+
+  Sample Take(const Vector3d& n) const {
+    const Vector3d g = SupportDifference(query_, n);
+    return {n, g, g.dot(n)};
+  }
+
+  void Split(const Sample& a, const Sample& b, const Sample& c, int depth) {
+    // The mean g is linear, so over the flat triangle it is greatest at a corner; the sphere lies outside of
+    // it.
+    const Vector3d g = (a.g + b.g + c.g) / 3;
+    double bound = std::max({g.dot(a.n), g.dot(b.n), g.dot(c.n)});
+    if (bound > 0) bound /= std::max(0.5, (a.n + b.n + c.n).norm() / 3);
+    if (depth > 14 || (depth > 0 && bound <= best_->separation() + kGain)) return;
+    const double value = std::max({a.value, b.value, c.value});
+    if (value > best_->separation() + kTie) {
+      const Sample& top = a.value == value ? a : b.value == value ? b : c;
+      best_->Try(Climb(query_, top.n), 2);
+    }
+    const Sample ab = Take((a.n + b.n).normalized());
+    const Sample bc = Take((b.n + c.n).normalized());
+    const Sample ca = Take((c.n + a.n).normalized());
+    Split(ab, bc, ca, depth + 1);
+    Split(a, ab, ca, depth + 1);
+    Split(ab, b, bc, depth + 1);
+    Split(ca, bc, c, depth + 1);
+  }
+
+  const Query& query_;
+  BestNormal* best_;
+};
 
 /// The point of the rim with the given centre (in the frame of the cylinder `core`) that is nearest to the
 /// cylinder.
@@ -385,7 +484,7 @@ Gap CylinderCylinder(const Query& query) {
   }
   TryCircle(query, Vector3d::UnitZ(), &best);
   TryCircle(query, axis_B, &best);
-  TrySphere(query, &best);
+  SphereSearch(query, &best).Run();
   WitnessAlong(query, best.n(), &gap);
   return gap;
 }

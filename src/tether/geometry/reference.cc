@@ -20,6 +20,36 @@ double Separation(const Primitive& a, const math::Pose& X_WA, const Primitive& b
          SlowSupport(b, -(X_WB.R.transpose() * n));
 }
 
+/// The greatest value met by a golden-section search of [−window, window].
+template <class F>
+double GoldenMax(double window, const F& f) {
+  const double ratio = 0.5 * (std::sqrt(5.0) - 1);
+  double lower = -window;
+  double upper = window;
+  double s = upper - ratio * (upper - lower);
+  double t = lower + ratio * (upper - lower);
+  double f_s = f(s);
+  double f_t = f(t);
+  double best = std::max(f_s, f_t);
+  while (upper - lower > 1e-8 * window) {
+    if (f_s > f_t) {
+      upper = t;
+      t = s;
+      f_t = f_s;
+      s = upper - ratio * (upper - lower);
+      f_s = f(s);
+    } else {
+      lower = s;
+      s = t;
+      f_s = f_t;
+      t = lower + ratio * (upper - lower);
+      f_t = f(t);
+    }
+    best = std::max({best, f_s, f_t});
+  }
+  return best;
+}
+
 std::vector<Vector3d> SphereSample(int count) {
   std::vector<Vector3d> directions;
   for (int i = 0; i < count; ++i) {
@@ -125,7 +155,7 @@ SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primit
   }
   Random random(1);
   double best = -1e300;
-  for (auto [value, n] : starts) {
+  for (auto& [value, n] : starts) {
     for (double step = 0.1; step > 1e-9;) {
       bool gained = false;
       for (int poll = 0; poll < 6 && !gained; ++poll) {
@@ -141,7 +171,21 @@ SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primit
       }
       if (!gained) step *= 0.6;
     }
-    best = std::max(best, value);
+  }
+  std::sort(starts.begin(), starts.end(), [](const auto& s, const auto& t) { return s.first > t.first; });
+  // Random steps stall on the ridges of the separation; a search within a search does not.
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d n = starts[i].second;
+    const Vector3d u = n.unitOrthogonal();
+    const Vector3d v = n.cross(u);
+    for (const double window : {0.03, 0.001}) {
+      best = std::max(best, GoldenMax(window, [&](double along_u) {
+                        return GoldenMax(window, [&](double along_v) {
+                          return Separation(a, X_WA, b, X_WB, (n + along_u * u + along_v * v).normalized());
+                        });
+                      }));
+    }
+    best = std::max(best, starts[i].first);
   }
   return {best, 0};
 }
