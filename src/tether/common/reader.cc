@@ -79,6 +79,7 @@ void ObjectReader::Finish() {
     const std::string nearest = NearestMatch(member.key, known_);
     std::vector<std::string> sorted = known_;
     std::sort(sorted.begin(), sorted.end());
+    sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     diagnostics_.Add(member.where, "unknown key '" + member.key + "' in " + what_,
                      (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " +
                          JoinAlternatives(sorted));

@@ -1,0 +1,336 @@
+#include "tether/experiment/scenario.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "tether/constraints/kind.h"
+#include "tether/experiment/scene_reader.h"
+#include "tether/planning/action_reader.h"
+
+namespace tether::experiment {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One of `accepted`, or the fallback after a diagnostic.
+std::string ReadChoice(ObjectReader& reader, std::string_view key, const std::vector<std::string>& accepted,
+                       const std::string& fallback) {
+  const Value* value = reader.Optional(key);
+  if (value == nullptr) return fallback;
+  const std::string text =
+      ReadText(*value, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics());
+  if (std::find(accepted.begin(), accepted.end(), text) != accepted.end()) return text;
+  reader.diagnostics().Add(value->where(),
+                           "'" + std::string(key) + "' of " + reader.what() + " is '" + text + "'",
+                           SuggestFrom(text, accepted));
+  return fallback;
+}
+
+/// A finite number of at least zero.
+double ReadBound(ObjectReader& reader, std::string_view key, double fallback, const std::string& accepted) {
+  const double number = reader.Number(key, fallback);
+  if (number >= 0) return number;
+  reader.diagnostics().Add(reader.value().Find(key)->where(),
+                           "'" + std::string(key) + "' of " + reader.what() + " is negative", accepted);
+  return fallback;
+}
+
+int ReadCount(ObjectReader& reader, std::string_view key, int fallback, int least,
+              const std::string& accepted) {
+  const int number = reader.Integer(key, fallback);
+  if (number >= least) return number;
+  reader.diagnostics().Add(reader.value().Find(key)->where(),
+                           "'" + std::string(key) + "' of " + reader.what() + " is " + std::to_string(number),
+                           accepted);
+  return fallback;
+}
+
+class ScenarioParser {
+ public:
+  explicit ScenarioParser(const std::string& path) : folder_(fs::path(path).parent_path().string()) {
+    scenario_.path = path;
+  }
+
+  Scenario Read() {
+    const Value document = ReadYaml(scenario_.path);
+    ObjectReader reader(document, "the scenario", diagnostics_);
+    if (!document.is_object()) diagnostics_.ThrowIfAny();
+    if (const Value* format = reader.Required("format", std::string("format: ") + kScenarioFormat)) {
+      if (format->AsText() != kScenarioFormat) {
+        diagnostics_.Add(format->where(), "format is '" + format->AsText() + "'",
+                         std::string("accepted: ") + kScenarioFormat);
+      }
+    }
+    scenario_.title = reader.Text("title", fs::path(scenario_.path).stem().string());
+    scenario_.seed = static_cast<uint64_t>(ReadCount(reader, "seed", 0, 0, "a whole number, zero or more"));
+    SceneReading reading = ReadScene(reader, folder_);
+    scenario_.scene = std::move(reading.scene);
+    scenario_.models = std::move(reading.models);
+    if (const Value* actions = reader.Optional("actions"))
+      ReadLibraries(reader.TextList("actions"), *actions);
+    if (const Value* task = reader.Optional("task")) ReadTask(*task);
+    if (const Value* constraints = reader.Optional("constraints")) ReadGlobalConstraints(*constraints);
+    if (const Value* planning = reader.Optional("planning")) ReadPlanning(*planning);
+    if (const Value* execution = reader.Optional("execution")) ReadExecution(*execution);
+    if (const Value* perturb = reader.Optional("perturb")) ReadPerturb(*perturb);
+    if (const Value* events = reader.Optional("events")) ReadEventList(*events);
+    reader.Finish();
+    diagnostics_.ThrowIfAny();
+    return std::move(scenario_);
+  }
+
+ private:
+  std::string Resolve(const std::string& path) const {
+    return fs::path(path).is_absolute() ? path : (fs::path(folder_) / path).lexically_normal().string();
+  }
+
+  /// The file's path if it is there; else empty, after a diagnostic at the place that names it.
+  std::string ExistingFile(const Value& value, const std::string& what) {
+    const std::string name = ReadText(value, what, diagnostics_);
+    if (name.empty()) return "";
+    const std::string path = Resolve(name);
+    std::error_code ignored;
+    if (fs::is_regular_file(path, ignored)) return path;
+    diagnostics_.Add(value.where(), what + ": there is no file '" + path + "'",
+                     "a path relative to the scenario");
+    return "";
+  }
+
+  void ReadLibraries(const std::vector<std::string>& names, const Value& list) {
+    const std::vector<std::string> frames = FrameNames(scenario_.scene);
+    planning::ActionReadOptions options{constraints::KindNames(), frames};
+    std::set<std::string> defined;
+    for (size_t i = 0; i < names.size(); ++i) {
+      const Location where = list.items()[i].where();
+      const bool is_path = names[i].find('/') != std::string::npos || names[i].ends_with(".yaml");
+      const std::string path =
+          is_path ? Resolve(names[i])
+                  : (fs::path(robot::DataDirectory()) / "models" / "actions" / (names[i] + ".yaml")).string();
+      std::error_code ignored;
+      if (!fs::is_regular_file(path, ignored)) {
+        diagnostics_.Add(
+            where, is_path ? "there is no file '" + path + "'" : "unknown action library '" + names[i] + "'",
+            SuggestFrom(names[i], ShippedActionLibraries()) + ", or a path relative to the scenario");
+        continue;
+      }
+      try {
+        const Value document = ReadYaml(path);
+        for (planning::ActionSchema& action : planning::ParseActions(document, options, diagnostics_)) {
+          CheckConstraintParameters(action);
+          if (!defined.insert(action.name).second) {
+            diagnostics_.Add(action.where, "action '" + action.name + "' is defined twice",
+                             "each action once");
+          } else {
+            scenario_.actions.push_back(std::move(action));
+          }
+        }
+      } catch (const InputError& error) {
+        diagnostics_.Add(error);
+      }
+    }
+  }
+
+  void CheckConstraintParameters(const planning::ActionSchema& action) {
+    for (const planning::StepSchema& step : action.steps) {
+      for (const planning::ConstraintSpec& spec : step.constraints) {
+        if (const constraints::Kind* kind = constraints::FindKind(spec.kind)) {
+          constraints::ReadParameters(*kind, spec.parameters, diagnostics_);
+        }
+      }
+    }
+  }
+
+  void ReadTask(const Value& value) {
+    ObjectReader reader(value, "'task'", diagnostics_);
+    Task& task = scenario_.task;
+    task.where = value.where();
+    const Value* domain = reader.Optional("domain");
+    const Value* problem = reader.Optional("problem");
+    const Value* goal = reader.Optional("goal");
+    task.max_actions = ReadCount(reader, "max_actions", task.max_actions, 1, "a whole number above zero");
+    reader.Finish();
+    if ((domain == nullptr) != (problem == nullptr)) {
+      diagnostics_.Add(value.where(), std::string("'task' has no '") + (domain ? "problem" : "domain") + "'",
+                       "domain and problem together: two PDDL files");
+    }
+    if (domain != nullptr) task.domain = ExistingFile(*domain, "'domain' of 'task'");
+    if (problem != nullptr) task.problem = ExistingFile(*problem, "'problem' of 'task'");
+    if (!task.domain.empty() && !task.problem.empty()) {
+      try {
+        scenario_.problem = symbolic::ReadProblem(task.domain, task.problem);
+        CheckProblem();
+      } catch (const InputError& error) {
+        diagnostics_.Add(error);
+      }
+    }
+    if (goal != nullptr) {
+      ReadGoal(*goal);
+    } else if (domain == nullptr && problem == nullptr) {
+      diagnostics_.Add(value.where(), "'task' has no goal", "domain and problem (PDDL files), or goal");
+    }
+  }
+
+  void ReadGoal(const Value& value) {
+    ObjectReader reader(value, "'goal' of 'task'", diagnostics_);
+    const Value* pddl = reader.Optional("pddl");
+    const Value* ltl = reader.Optional("ltl");
+    scenario_.task.semantics = ReadChoice(reader, "semantics", {"cosafe", "ltlf"}, scenario_.task.semantics);
+    reader.Finish();
+    if (value.is_object() && (pddl == nullptr) == (ltl == nullptr)) {
+      diagnostics_.Add(value.where(), "'goal' of 'task' needs one formula", "pddl: (…) or ltl: …");
+      return;
+    }
+    if (ltl != nullptr) scenario_.task.ltl = ReadText(*ltl, "'ltl' of 'goal'", diagnostics_);
+    if (pddl == nullptr) return;
+    const std::string text = ReadText(*pddl, "'pddl' of 'goal'", diagnostics_);
+    if (scenario_.problem == nullptr) {
+      if (scenario_.task.domain.empty() && value.Find("pddl") != nullptr && diagnostics_.empty()) {
+        diagnostics_.Add(pddl->where(), "a PDDL goal without a domain",
+                         "'domain' and 'problem' beside 'goal'");
+      }
+      return;
+    }
+    try {
+      scenario_.problem = symbolic::WithGoal(*scenario_.problem, text, pddl->where());
+    } catch (const InputError& error) {
+      diagnostics_.Add(error);
+    }
+  }
+
+  /// Every PDDL object has a body or a region, every PDDL action a geometry.
+  void CheckProblem() {
+    const symbolic::Problem& problem = *scenario_.problem;
+    std::vector<std::string> bodies;
+    for (const scene::Object& object : scenario_.scene.objects) bodies.push_back(object.name);
+    for (const scene::Region& region : scenario_.scene.regions) bodies.push_back(region.name);
+    for (const auto& [name, members] : scenario_.scene.groups) bodies.push_back(name);
+    for (const scene::Robot& robot : scenario_.scene.robots) bodies.push_back(robot.name);
+    for (const symbolic::TypedName& object : problem.objects) {
+      if (std::find(bodies.begin(), bodies.end(), object.name) != bodies.end()) continue;
+      diagnostics_.Add(object.where,
+                       "PDDL object '" + object.name + "' is nothing in the scene " + scenario_.path,
+                       SuggestFrom(object.name, bodies));
+    }
+    std::vector<std::string> known;
+    for (const planning::ActionSchema& action : scenario_.actions) known.push_back(action.name);
+    for (const symbolic::Action& action : problem.domain->actions) {
+      const auto found = std::find_if(scenario_.actions.begin(), scenario_.actions.end(),
+                                      [&](const auto& schema) { return schema.name == action.name; });
+      if (found == scenario_.actions.end()) {
+        diagnostics_.Add(action.where, "action '" + action.name + "' has no geometry",
+                         known.empty() ? "an action library under 'actions' of " + scenario_.path
+                                       : SuggestFrom(action.name, known));
+      } else if (found->parameters.size() != action.parameters.size()) {
+        diagnostics_.Add(action.where,
+                         "action '" + action.name + "' has " + std::to_string(action.parameters.size()) +
+                             " parameters, but its geometry (" + found->where.ToString() + ") has " +
+                             std::to_string(found->parameters.size()),
+                         "the same number");
+      }
+    }
+  }
+
+  void ReadGlobalConstraints(const Value& list) {
+    const auto specs = planning::ParseConstraints(list, "'constraints' of the scenario",
+                                                  constraints::KindNames(), diagnostics_);
+    for (const planning::ConstraintSpec& spec : specs) {
+      GlobalConstraint constraint{spec, std::nullopt};
+      constraint.spec.parameters = Value::Object();
+      constraint.spec.parameters.set_where(spec.parameters.where());
+      for (const Value::Member& member : spec.parameters.members()) {
+        if (member.key == "relax") {
+          constraint.relax =
+              ReadInteger(member.value, "'relax' of constraint '" + spec.kind + "'", diagnostics_);
+        } else {
+          constraint.spec.parameters.Set(member.key, member.value, member.where);
+        }
+      }
+      if (const constraints::Kind* kind = constraints::FindKind(spec.kind)) {
+        constraints::ReadParameters(*kind, constraint.spec.parameters, diagnostics_);
+      }
+      scenario_.constraints.push_back(std::move(constraint));
+    }
+  }
+
+  void ReadPlanning(const Value& value) {
+    ObjectReader reader(value, "'planning'", diagnostics_);
+    PlanningSettings& planning = scenario_.planning;
+    planning.solver = ReadChoice(reader, "solver", {"ipopt", "nlopt", "native"}, planning.solver);
+    if (const Value* weights = reader.Optional("weights")) {
+      ObjectReader inner(*weights, "'weights' of 'planning'", diagnostics_);
+      planning.weight_translation =
+          ReadBound(inner, "translation", planning.weight_translation, "zero or more");
+      planning.weight_rotation = ReadBound(inner, "rotation", planning.weight_rotation, "zero or more");
+      inner.Finish();
+    }
+    planning.home = reader.Bool("home", planning.home);
+    planning.robot = reader.Bool("robot", planning.robot);
+    planning.max_plans =
+        ReadCount(reader, "max_plans", planning.max_plans, 0, "a number of plans; 0: no limit");
+    planning.threads =
+        ReadCount(reader, "threads", planning.threads, 0, "a number of threads; 0: all processors");
+    planning.time_limit_s =
+        ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
+    reader.Finish();
+  }
+
+  void ReadExecution(const Value& value) {
+    ObjectReader reader(value, "'execution'", diagnostics_);
+    ExecutionSettings& execution = scenario_.execution;
+    execution.controller =
+        ReadChoice(reader, "controller", {"operational_space", "constrained_velocity"}, execution.controller);
+    if (const Value* rate = reader.Optional("rate")) {
+      execution.rate = ReadPositive(*rate, "'rate' of 'execution' (Hz)", diagnostics_, execution.rate);
+    }
+    if (reader.Optional("gain") != nullptr) execution.gain = ReadBound(reader, "gain", 1, "zero or more");
+    if (reader.Optional("damping") != nullptr)
+      execution.damping = ReadBound(reader, "damping", 0, "zero or more");
+    if (const Value* timeout = reader.Optional("timeout")) {
+      execution.timeout_s =
+          ReadPositive(*timeout, "'timeout' of 'execution' (s)", diagnostics_, execution.timeout_s);
+    }
+    reader.Finish();
+  }
+
+  void ReadPerturb(const Value& value) {
+    ObjectReader reader(value, "'perturb'", diagnostics_);
+    scenario_.perturb.position = ReadBound(reader, "position", 0, "a distance in m");
+    scenario_.perturb.rotation = ReadBound(reader, "rotation", 0, "an angle in rad");
+    reader.Finish();
+  }
+
+  void ReadEventList(const Value& value) {
+    const EventNames names{&scenario_.scene, &scenario_.actions};
+    if (!value.is_scalar()) {
+      scenario_.events = ParseEvents(value, names, diagnostics_);
+      return;
+    }
+    const std::string path = ExistingFile(value, "'events'");
+    if (path.empty()) return;
+    try {
+      scenario_.events = ParseEvents(ReadYaml(path), names, diagnostics_);
+    } catch (const InputError& error) {
+      diagnostics_.Add(error);
+    }
+  }
+
+  std::string folder_;
+  Diagnostics diagnostics_;
+  Scenario scenario_;
+};
+
+}  // namespace
+
+std::vector<std::string> ShippedActionLibraries() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(robot::DataDirectory()) / "models" / "actions")) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Scenario LoadScenario(const std::string& path) { return ScenarioParser(path).Read(); }
+
+}  // namespace tether::experiment

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/experiment/events.h"
+#include "tether/planning/action.h"
+#include "tether/robot/model.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/pddl.h"
+
+namespace tether::experiment {
+
+/// The `format` of a scenario.
+inline constexpr const char* kScenarioFormat = "tether.scenario/1";
+
+/// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem.
+struct Task {
+  std::string domain;                ///< Path of the PDDL domain; empty: none.
+  std::string problem;               ///< Path of the PDDL problem; empty: none.
+  std::string ltl;                   ///< A temporal goal; empty: none.
+  std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
+  int max_actions = 20;
+  Location where;
+};
+
+/// A constraint that holds at every step.
+struct GlobalConstraint {
+  planning::ConstraintSpec spec;
+  std::optional<int> relax;  ///< May be relaxed, highest first; absent: never.
+};
+
+struct PlanningSettings {
+  std::string solver = "ipopt";     ///< ipopt, nlopt, or native.
+  double weight_translation = 0.5;  ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
+  double weight_rotation = 1.5;     ///< β, on θ² in rad².
+  bool home = true;                 ///< First and last key pose are the hand's start.
+  bool robot = true;                ///< Reach and grasp of the robot constrain the plan.
+  int max_plans = 0;                ///< Ends after so many candidates; 0: no limit.
+  int threads = 0;                  ///< 0: as many as there are processors.
+  double time_limit_s = 0;          ///< Wall clock; 0: no limit.
+};
+
+struct ExecutionSettings {
+  std::string controller = "operational_space";  ///< Or constrained_velocity.
+  double rate = 1000;                            ///< Control rate, Hz.
+  std::optional<double> gain;                    ///< 1/s
+  std::optional<double> damping;
+  double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
+};
+
+/// How far a run's initial poses may differ from the file's, per movable object. Drawn from the run's seed.
+struct Perturbation {
+  double position = 0;  ///< Radius of the horizontal disc, m.
+  double rotation = 0;  ///< Greatest yaw, rad.
+};
+
+/// Everything a scenario file says, read and checked.
+struct Scenario {
+  std::string path;
+  std::string title;
+  uint64_t seed = 0;
+  scene::Scene scene;
+  std::map<std::string, std::shared_ptr<const robot::Model>> models;  ///< By robot name.
+  Task task;
+  std::shared_ptr<const symbolic::Problem>
+      problem;  ///< With the goal that counts; null without a PDDL domain.
+  std::vector<planning::ActionSchema> actions;
+  std::vector<GlobalConstraint> constraints;
+  PlanningSettings planning;
+  ExecutionSettings execution;
+  std::vector<Event> events;
+  Perturbation perturb;
+};
+
+/// Reads a scenario in format `tether.scenario/1`, with the PDDL files, action libraries and event file that
+/// it names. Throws InputError with all their mistakes: malformed text, unknown keys and names with the
+/// nearest match, sizes and numbers out of range, cycles among parents, PDDL objects without a body, PDDL
+/// actions without geometry.
+Scenario LoadScenario(const std::string& path);
+
+/// Names of the shipped action libraries.
+std::vector<std::string> ShippedActionLibraries();
+
+}  // namespace tether::experiment
