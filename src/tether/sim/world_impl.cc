@@ -127,8 +127,7 @@ void World::Impl::CheckRobots() const {
       const double q = robot.q[i];
       if (q >= arm.lower()[i] - 1e-6 && q <= arm.upper()[i] + 1e-6) continue;
       diagnostics.Add(
-          {},
-          "robot '" + robot.name + "' has " + arm.joint_names()[i] + " at " + std::to_string(q) + " rad",
+          {}, "robot '" + robot.name + "' has " + arm.joint_names()[i] + " at " + std::to_string(q) + " rad",
           "from " + std::to_string(arm.lower()[i]) + " to " + std::to_string(arm.upper()[i]) +
               " is accepted");
     }
