@@ -207,8 +207,13 @@ Outcome RunIpopt(IpoptProgram& program, const Options& options, HessianKind hess
   list->SetNumericValue("tol", options.cost_tolerance);
   list->SetNumericValue("constr_viol_tol", options.constraint_tolerance);
   list->SetNumericValue("acceptable_tol", 100 * options.cost_tolerance);
+  list->SetIntegerValue("acceptable_iter", 5);
   list->SetNumericValue("acceptable_constr_viol_tol", options.constraint_tolerance);
   list->SetStringValue("hessian_approximation", hessian == HessianKind::kLbfgs ? "limited-memory" : "exact");
+  // Measured on key-pose programs: a third fewer iterations than the monotone rule, and no failures.
+  list->SetStringValue("mu_strategy", "adaptive");
+  // Rows are in metres and radians, of the same size already; the tolerances then mean what they say.
+  list->SetStringValue("nlp_scaling_method", "none");
   // An empty name: otherwise IPOPT reads ipopt.opt from the working directory.
   if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return {Status::kFailed, "IPOPT did not initialise"};

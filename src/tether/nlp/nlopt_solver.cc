@@ -44,10 +44,10 @@ class NloptProgram {
         monitor_.End(Status::kIterationLimit);
       std::fill_n(gradient, n, 0.0);
     }
-    if (!At(n, x, gradient != nullptr)) return HUGE_VAL;
+    if (!At(x, gradient != nullptr)) return HUGE_VAL;
     if (gradient != nullptr) {
-      Eigen::VectorXd::Map(gradient, n) = view_.gradient();
-      monitor_.Record(iterations_++, view_, Eigen::VectorXd::Map(x, n));
+      Eigen::VectorXd::Map(gradient, view_.num_variables()) = view_.gradient();
+      monitor_.Record(iterations_++, view_, Eigen::VectorXd::Map(x, view_.num_variables()));
     }
     return view_.cost();
   }
@@ -55,7 +55,7 @@ class NloptProgram {
   void EvaluateRows(int first, unsigned m, double* values, unsigned n, const double* x, double* gradient) {
     std::fill_n(values, m, 0.0);
     if (gradient != nullptr) std::fill_n(gradient, size_t{m} * n, 0.0);
-    if (!At(n, x, gradient != nullptr)) return;
+    if (!At(x, gradient != nullptr)) return;
     Eigen::VectorXd::Map(values, m) = view_.constraints().segment(first, m);
     if (gradient == nullptr) return;
     const std::vector<VectorView::Entry>& entries = view_.jacobian_entries();
@@ -67,9 +67,9 @@ class NloptProgram {
     }
   }
 
-  bool At(unsigned n, const double* x, bool derivatives) {
+  bool At(const double* x, bool derivatives) {
     if (!monitor_.ReasonToEnd()) {
-      const Eigen::VectorXd point = Eigen::VectorXd::Map(x, n);
+      const Eigen::VectorXd point = Eigen::VectorXd::Map(x, view_.num_variables());
       if (derivatives ? view_.EvaluateDerivatives(point) : view_.EvaluateValues(point)) return true;
       monitor_.FailNotFinite(view_.not_finite());
     }
@@ -90,36 +90,46 @@ class NloptSolver : public Solver {
     if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
     Monitor monitor(program, options);
     VectorView view(program, guess);
-    const auto n = static_cast<unsigned>(view.num_variables());
-    const Optimizer inner(nlopt_create(NLOPT_LD_SLSQP, n));
-    nlopt_set_ftol_rel(inner.get(), kInnerTolerance * options.cost_tolerance);
-    nlopt_set_xtol_rel(inner.get(), kInnerTolerance * options.cost_tolerance);
-
+    // NLopt refuses more equalities than variables. Extra variables that appear nowhere satisfy it.
+    const int padded = std::max(view.num_variables(), view.num_equalities());
+    const auto n = static_cast<unsigned>(padded);
+    const auto pad = [&](const Eigen::VectorXd& values, double fill) {
+      Eigen::VectorXd all = Eigen::VectorXd::Constant(padded, fill);
+      all.head(values.size()) = values;
+      return all;
+    };
     const bool constrained = view.num_constraints() > 0;
+    const double tolerance = kInnerTolerance * options.cost_tolerance;
+    const Optimizer inner(nlopt_create(NLOPT_LD_SLSQP, n));
     const Optimizer outer(nlopt_create(constrained ? NLOPT_LD_AUGLAG : NLOPT_LD_SLSQP, n));
     NloptProgram callbacks(view, monitor, outer.get());
-    if (constrained) nlopt_set_local_optimizer(outer.get(), inner.get());
-    nlopt_set_min_objective(outer.get(), NloptProgram::Cost, &callbacks);
-    nlopt_set_lower_bounds(outer.get(), view.lower().data());
-    nlopt_set_upper_bounds(outer.get(), view.upper().data());
-    nlopt_set_ftol_rel(outer.get(), kInnerTolerance * options.cost_tolerance);
-    nlopt_set_xtol_rel(outer.get(), kInnerTolerance * options.cost_tolerance);
-    nlopt_set_maxtime(outer.get(), monitor.SecondsLeft());
-    const std::vector<double> tolerance(static_cast<size_t>(view.num_constraints()),
-                                        options.constraint_tolerance);
+    bool accepted = true;
+    const auto check = [&](nlopt_result code) { accepted = accepted && code > 0; };
+    for (nlopt_opt optimizer : {inner.get(), outer.get()}) {
+      check(nlopt_set_ftol_rel(optimizer, tolerance));
+      check(nlopt_set_xtol_rel(optimizer, tolerance));
+    }
+    if (constrained) check(nlopt_set_local_optimizer(outer.get(), inner.get()));
+    check(nlopt_set_min_objective(outer.get(), NloptProgram::Cost, &callbacks));
+    check(nlopt_set_lower_bounds(outer.get(), pad(view.lower(), -HUGE_VAL).data()));
+    check(nlopt_set_upper_bounds(outer.get(), pad(view.upper(), HUGE_VAL).data()));
+    check(nlopt_set_maxtime(outer.get(), monitor.SecondsLeft()));
+    const std::vector<double> tolerances(static_cast<size_t>(view.num_constraints()),
+                                         options.constraint_tolerance);
     if (view.num_equalities() > 0) {
-      nlopt_add_equality_mconstraint(outer.get(), static_cast<unsigned>(view.num_equalities()),
-                                     NloptProgram::Equalities, &callbacks, tolerance.data());
+      check(nlopt_add_equality_mconstraint(outer.get(), static_cast<unsigned>(view.num_equalities()),
+                                           NloptProgram::Equalities, &callbacks, tolerances.data()));
     }
     if (view.num_inequalities() > 0) {
-      nlopt_add_inequality_mconstraint(outer.get(), static_cast<unsigned>(view.num_inequalities()),
-                                       NloptProgram::Inequalities, &callbacks, tolerance.data());
+      check(nlopt_add_inequality_mconstraint(outer.get(), static_cast<unsigned>(view.num_inequalities()),
+                                             NloptProgram::Inequalities, &callbacks, tolerances.data()));
     }
+    if (!accepted) return monitor.Finish(guess, Status::kFailed, "NLopt refused the program", 0, 0);
 
-    Eigen::VectorXd x = view.start();
+    Eigen::VectorXd x = pad(view.start(), 0);
     double cost = 0;
     const nlopt_result code = nlopt_optimize(outer.get(), x.data(), &cost);
-    if (!x.allFinite()) x = view.start();
+    if (!x.allFinite()) x = pad(view.start(), 0);
     Status status = Status::kFailed;
     std::string message;
     if (code == NLOPT_MAXTIME_REACHED) {

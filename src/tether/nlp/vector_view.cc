@@ -131,12 +131,6 @@ Point VectorView::PointAt(const Eigen::VectorXd& x) const {
   return point;
 }
 
-double VectorView::LargestTurn(const Eigen::VectorXd& x) const {
-  double largest = 0;
-  for (int i = 0; i < program_.num_poses(); ++i) largest = std::max(largest, x.segment<3>(6 * i + 3).norm());
-  return largest;
-}
-
 bool VectorView::EvaluateValues(const Eigen::VectorXd& x) {
   if (level_ >= Level::kValues && x == x_) return true;
   return Evaluate(x, false);

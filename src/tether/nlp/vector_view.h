@@ -41,8 +41,6 @@ class VectorView {
   /// The coordinates of the origin; vectors are moved into their bounds.
   const Eigen::VectorXd& start() const { return start_; }
   Point PointAt(const Eigen::VectorXd& x) const;
-  /// The largest turn ‖v_r‖ of any pose away from its origin.
-  double LargestTurn(const Eigen::VectorXd& x) const;
 
   /// Where the constraint Jacobian's values stand. Fixed, one entry per place.
   const std::vector<Entry>& jacobian_entries() const { return jacobian_entries_; }
