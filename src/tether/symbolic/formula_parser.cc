@@ -59,7 +59,8 @@ std::string Suggest(std::string_view word, const std::vector<std::string>& known
 std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size_t first, NameKind kind,
                                       const Domain& domain, Diagnostics& diagnostics) {
   std::vector<TypedName> list;
-  size_t untyped = 0;  // Names from here on still wait for their type.
+  size_t untyped = 0;     // Names from here on still wait for their type.
+  bool has_name = false;  // Since the last type; a bad name counts too.
   auto type_of = [&](const Expression& e) {
     const int type = e.is_list ? -1 : domain.FindType(e.word);
     if (type < 0) {
@@ -71,7 +72,7 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
     const Expression& item = items[i];
     if (!item.is_list && item.word == "-") {
       std::vector<int> types;
-      if (untyped == list.size()) diagnostics.Add(item.where, "'-' without a name before it");
+      if (!has_name) diagnostics.Add(item.where, "'-' without a name before it");
       if (++i >= items.size()) {
         diagnostics.Add(item.where, "'-' without a type after it", Suggest("", NamesOf(domain.types)));
         break;
@@ -83,8 +84,10 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
         types.push_back(type_of(items[i]));
       }
       for (; untyped < list.size(); ++untyped) list[untyped].types = types;
+      has_name = false;
       continue;
     }
+    has_name = true;
     std::string name = item.word;
     if (kind == NameKind::kVariable) {
       if (item.is_list || name.size() < 2 || name[0] != '?' || !IsName(std::string_view(name).substr(1))) {

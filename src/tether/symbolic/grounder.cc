@@ -111,6 +111,8 @@ class Grounder {
                        const std::vector<std::vector<const Formula*>>& checks, std::vector<int>& binding) {
     for (const Formula* check : checks[binding.size()]) {
       std::vector<int> extended = binding;
+      extended.resize(action.parameters.size(),
+                      -1);  // Quantified variables are numbered after all parameters.
       if (instantiator_.Instantiate(*check, extended).is_false()) return;
     }
     if (binding.size() == action.parameters.size()) {

@@ -50,9 +50,8 @@ std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limi
 std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) {
   const int most = options_.max_actions > 0 ? options_.max_actions : StateGraph::kFar;
   while (true) {
-    const SearchStatus end = pruned_unproved_ ? SearchStatus::kPruned : SearchStatus::kExhausted;
-    if (graph_.frontier() == 0 && !graph_.has_goal()) return end;
-    if (next_length_ == StateGraph::kFar) return end;
+    if (graph_.frontier() == 0 && !graph_.has_goal()) return NothingLeft();
+    if (next_length_ == StateGraph::kFar) return NothingLeft();
     if (next_length_ > most) return SearchStatus::kDepthLimit;
     while (graph_.frontier() > 0 && graph_.frontier_depth() < next_length_) {
       if (const auto stop = CheckLimits(limits, false)) return stop;
@@ -65,13 +64,15 @@ std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) 
 }
 
 void SkeletonSearch::StartLength(int length) {
-  if (distance_.size() != graph_.states() || length_ < 0) distance_ = graph_.GoalDistances();
+  if (distances_of_ != graph_.expanded() || distance_.empty()) {
+    distance_ = graph_.GoalDistances();
+    distances_of_ = graph_.expanded();
+  }
   length_ = length;
   // Beyond the explored part anything may lie.
   next_length_ = graph_.frontier() > 0 ? length + 1 : StateGraph::kFar;
   on_path_.assign(graph_.states(), false);
   enumerating_ = true;
-  if (forbidden_[0]) return;
   const int shortest = distance_[0];
   if (shortest <= length) {
     Push(0, 0);
@@ -90,9 +91,7 @@ void SkeletonSearch::Pop() {
   const int state = path_.back().state;
   path_.pop_back();
   if (!path_actions_.empty()) path_actions_.pop_back();
-  on_path_[static_cast<size_t>(state)] =
-      !options_.skip_revisits &&
-      std::any_of(path_.begin(), path_.end(), [&](const Frame& frame) { return frame.state == state; });
+  on_path_[static_cast<size_t>(state)] = false;
 }
 
 int SkeletonSearch::Follow(int rule, int action) const {
@@ -103,6 +102,7 @@ int SkeletonSearch::Follow(int rule, int action) const {
 
 SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
   if (const auto stop = CheckLimits(limits, true)) return {*stop, {}};
+  if (forbidden_[0]) return {NothingLeft(), {}};
   while (true) {
     if (!enumerating_) {
       if (const auto stop = Explore(limits)) return {*stop, {}};
@@ -114,7 +114,7 @@ SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
       const int depth = static_cast<int>(path_actions_.size());
       if (graph_.is_goal(top.state)) {
         Skeleton skeleton{path_actions_, static_cast<double>(depth)};
-        const bool is_new = depth == length_;
+        const bool is_new = depth == length_;  // Shorter ones came with their own length.
         Pop();
         if (is_new) return {SearchStatus::kFound, std::move(skeleton)};
         continue;

@@ -40,8 +40,9 @@ struct SearchLimits {
 
 enum class SearchStatus {
   kFound,
-  kExhausted,    ///< Proved: there is no other skeleton.
-  kPruned,       ///< None is left, but conflicts that were not proved ruled some out.
+  kExhausted,  ///< Proved: there is no other skeleton (of those that don't come back to a state, if these are
+               ///< skipped).
+  kPruned,     ///< None is left, but conflicts that were not proved ruled some out.
   kDepthLimit,   ///< None is left up to `max_actions`; there may be longer ones.
   kStateLimit,   ///< `max_states` was reached.
   kTimeLimit,    ///< The deadline passed.
@@ -91,6 +92,9 @@ class SkeletonSearch {
 
   std::optional<SearchStatus> Explore(const SearchLimits& limits);
   std::optional<SearchStatus> CheckLimits(const SearchLimits& limits, bool now);
+  SearchStatus NothingLeft() const {
+    return pruned_unproved_ ? SearchStatus::kPruned : SearchStatus::kExhausted;
+  }
   void StartLength(int length);
   void Push(int state, int rule);
   void Pop();
@@ -100,6 +104,7 @@ class SkeletonSearch {
   SkeletonOptions options_;
   StateGraph graph_;
   std::vector<int> distance_;  ///< To the goal, per state.
+  size_t distances_of_ = 0;    ///< Expanded states when the distances were computed.
   int length_ = -1;            ///< Of the skeletons that are being enumerated.
   int next_length_ = 0;        ///< Shortest length beyond `length_` that may have skeletons; kFar if none.
   bool enumerating_ = false;

@@ -66,11 +66,6 @@ void StateGraph::ExpandNext() {
   }
 }
 
-const StateGraph::Edge* StateGraph::end_edges(int state) const {
-  const size_t next = static_cast<size_t>(state) + 1;
-  return edges_.data() + (next < first_edge_.size() ? first_edge_[next] : edges_.size());
-}
-
 std::vector<int> StateGraph::GoalDistances() const {
   std::vector<size_t> first(states() + 1, 0);
   for (const Edge& edge : edges_) ++first[static_cast<size_t>(edge.target) + 1];

@@ -37,8 +37,9 @@ class StateGraph {
   int depth(int state) const { return depth_[static_cast<size_t>(state)]; }
   bool is_goal(int state) const { return goal_[static_cast<size_t>(state)]; }
   bool has_goal() const { return has_goal_; }
-  const Edge* begin_edges(int state) const { return edges_.data() + first_edge_[static_cast<size_t>(state)]; }
-  const Edge* end_edges(int state) const;
+  /// The actions from a state; none while it is not expanded. Expanding invalidates the pointers.
+  const Edge* begin_edges(int state) const { return EdgeFrom(static_cast<size_t>(state)); }
+  const Edge* end_edges(int state) const { return EdgeFrom(static_cast<size_t>(state) + 1); }
   symbolic::StateView state(int index) const {
     return {words_.data() + static_cast<size_t>(index) * width_, width_};
   }
@@ -49,6 +50,9 @@ class StateGraph {
  private:
   int Insert(symbolic::StateView state, int depth);
   void Grow();
+  const Edge* EdgeFrom(size_t state) const {
+    return edges_.data() + (state < first_edge_.size() ? first_edge_[state] : edges_.size());
+  }
 
   std::shared_ptr<const symbolic::Task> task_;
   size_t width_;

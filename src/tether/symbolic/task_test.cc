@@ -1,0 +1,138 @@
+#include "tether/symbolic/task.h"
+
+#include <deque>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/symbolic/naive_testing.h"
+
+namespace tether::symbolic {
+namespace {
+
+using ::testing::ElementsAre;
+
+std::shared_ptr<const Problem> Shipped(const std::string& name) {
+  const std::string folder = std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name;
+  return ReadProblem(folder + "/domain.pddl", folder + "/problem.pddl");
+}
+
+std::vector<std::string> ApplicableNames(const Task& task, const State& state) {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < task.actions().size(); ++i) {
+    if (task.IsApplicable(static_cast<int>(i), state)) names.push_back(task.actions()[i].name);
+  }
+  return names;
+}
+
+TEST(TaskTest, GroundsWorkspaceReach) {
+  const auto task = Task::Ground(Shipped("workspace_reach"));
+  EXPECT_THAT(task->TrueAtoms(task->initial_state()), ElementsAre("on(hook,table)", "on(box,table)"));
+  EXPECT_THAT(ApplicableNames(*task, task->initial_state()), ElementsAre("pick(hook)"));
+  const State held = task->Apply(task->FindAction("pick(hook)"), task->initial_state());
+  EXPECT_THAT(ApplicableNames(*task, held),
+              ElementsAre("place(hook,table)", "place(hook,shelf)", "push(hook,box,table)"));
+  EXPECT_EQ(task->FindAction("place(hook,hook)"), -1);
+}
+
+/// Along every reachable state, the ground task and the lifted semantics agree: on what holds, on which
+/// actions apply in which order, on the goal, and on formulas compiled later.
+void ExpectSameSemantics(const std::shared_ptr<const Problem>& problem, size_t max_states) {
+  const auto task = Task::Ground(problem);
+  std::set<naive::Facts> seen;
+  std::deque<std::pair<State, naive::Facts>> queue;
+  queue.push_back({task->initial_state(), naive::Initial(*problem)});
+  seen.insert(queue.front().second);
+  const Condition goal = task->Compile(problem->goal);
+  for (size_t count = 0; !queue.empty() && count < max_states; ++count) {
+    const auto [state, facts] = queue.front();
+    queue.pop_front();
+    std::vector<std::string> atoms, names;
+    for (const Atom& atom : facts) atoms.push_back(task->AtomName(atom));
+    ASSERT_EQ(task->TrueAtoms(state, true), atoms);
+    ASSERT_EQ(task->IsGoal(state), naive::Holds(*problem, problem->goal, facts, {}));
+    ASSERT_EQ(goal.Holds(state), task->IsGoal(state));
+    for (const naive::Step& step : naive::Steps(*problem, facts)) {
+      names.push_back(step.name);
+      const int action = task->FindAction(step.name);
+      ASSERT_GE(action, 0) << step.name;
+      if (seen.insert(step.after).second) queue.push_back({task->Apply(action, state), step.after});
+    }
+    ASSERT_EQ(ApplicableNames(*task, state), names);
+  }
+}
+
+TEST(TaskTest, AgreesWithTheNaiveSemanticsOnShippedProblems) {
+  ExpectSameSemantics(Shipped("workspace_reach"), 1000);
+  ExpectSameSemantics(Shipped("hanoi"), 1000);
+}
+
+TEST(TaskTest, AgreesWithTheNaiveSemanticsOnRandomProblems) {
+  for (uint64_t seed = 0; seed < 1000; ++seed) {
+    const naive::RandomProblem random(seed);
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + random.domain() + random.problem());
+    ExpectSameSemantics(ParseProblem(random.problem(), "p", ParseDomain(random.domain(), "d")), 40);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(TaskTest, DeletesBeforeItAddsAndReadsConditionsBefore) {
+  const auto domain = ParseDomain(
+      "(define (domain d) (:predicates (p) (q) (r))"
+      "(:action swap :effect (and (p) (not (p)) (when (p) (not (q))) (when (q) (r)) (when (not (p)) (q)))))",
+      "d");
+  const auto task =
+      Task::Ground(ParseProblem("(define (problem x) (:domain d) (:init (p) (q)) (:goal (r)))", "p", domain));
+  EXPECT_THAT(task->TrueAtoms(task->Apply(0, task->initial_state()), true), ElementsAre("p()", "r()"));
+}
+
+TEST(TaskTest, ManyAtomsUseManyWords) {
+  std::string objects, init;
+  for (int i = 0; i < 200; ++i) objects += " o" + std::to_string(i);
+  const auto domain = ParseDomain(
+      "(define (domain d) (:predicates (on ?x))"
+      "(:action flip :parameters (?x) :precondition (not (on ?x)) :effect (on ?x))"
+      "(:action off :parameters (?x) :precondition (on ?x) :effect (not (on ?x))))",
+      "d");
+  const auto task = Task::Ground(ParseProblem("(define (problem x) (:domain d) (:objects" + objects +
+                                                  ") (:init (on o77)) (:goal (forall (?x) (on ?x))))",
+                                              "p", domain));
+  ASSERT_EQ(task->words(), 4u);
+  State state = task->initial_state();
+  for (int i = 0; i < 200; ++i) {
+    EXPECT_FALSE(task->IsGoal(state) && i < 199);
+    if (i != 77) state = task->Apply(task->FindAction("flip(o" + std::to_string(i) + ")"), state);
+  }
+  EXPECT_TRUE(task->IsGoal(state));
+}
+
+TEST(TaskTest, ReplacesTheGoal) {
+  const auto problem = WithGoal(*Shipped("workspace_reach"), "(exists (?m - movable) (inhand ?m))", {});
+  const auto task = Task::Ground(problem);
+  EXPECT_FALSE(task->IsGoal(task->initial_state()));
+  EXPECT_TRUE(task->IsGoal(task->Apply(task->FindAction("pick(hook)"), task->initial_state())));
+}
+
+TEST(TaskTest, SaysWhenGroundingIsTooLarge) {
+  std::string objects;
+  for (int i = 0; i < 100; ++i) objects += " o" + std::to_string(i);
+  const auto domain = ParseDomain(
+      "(define (domain d) (:predicates (p ?a ?b))\n (:action huge :parameters (?a ?b ?c ?d ?e ?f)"
+      " :precondition (p ?e ?f) :effect (p ?a ?b)))",
+      "d.pddl");
+  const auto problem = ParseProblem(
+      "(define (problem x) (:domain d) (:objects" + objects + ") (:goal (p o1 o2)))", "p", domain);
+  try {
+    Task::Ground(problem);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("d.pddl:2:11: "));
+    EXPECT_THAT(error.what(), testing::HasSubstr("ground actions"));
+  }
+}
+
+}  // namespace
+}  // namespace tether::symbolic
