@@ -31,7 +31,7 @@ double GoldenMax(double window, const F& f) {
   double f_s = f(s);
   double f_t = f(t);
   double best = std::max(f_s, f_t);
-  while (upper - lower > 1e-8 * window) {
+  while (upper - lower > 1e-6 * window) {
     if (f_s > f_t) {
       upper = t;
       t = s;
@@ -175,17 +175,29 @@ SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primit
   std::sort(starts.begin(), starts.end(), [](const auto& s, const auto& t) { return s.first > t.first; });
   // Random steps stall on the ridges of the separation; a search within a search does not.
   for (int i = 0; i < 3; ++i) {
-    const Vector3d n = starts[i].second;
-    const Vector3d u = n.unitOrthogonal();
-    const Vector3d v = n.cross(u);
-    for (const double window : {0.03, 0.001}) {
-      best = std::max(best, GoldenMax(window, [&](double along_u) {
-                        return GoldenMax(window, [&](double along_v) {
-                          return Separation(a, X_WA, b, X_WB, (n + along_u * u + along_v * v).normalized());
-                        });
-                      }));
+    auto [value, n] = starts[i];
+    for (int round = 0; round < 20; ++round) {
+      const double before = value;
+      for (const double window : {0.1, 0.001}) {
+        const Vector3d u = n.unitOrthogonal();
+        const Vector3d v = n.cross(u);
+        Vector3d top = n;
+        GoldenMax(window, [&](double along_u) {
+          return GoldenMax(window, [&](double along_v) {
+            const Vector3d trial = (n + along_u * u + along_v * v).normalized();
+            const double there = Separation(a, X_WA, b, X_WB, trial);
+            if (there > value) {
+              value = there;
+              top = trial;
+            }
+            return there;
+          });
+        });
+        n = top;
+      }
+      if (value - before < 1e-9) break;
     }
-    best = std::max(best, starts[i].first);
+    best = std::max(best, value);
   }
   return {best, 0};
 }
