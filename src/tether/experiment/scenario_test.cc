@@ -138,19 +138,19 @@ events:
 - {when: {time: 2}, move: {object: ball, to: {parent: turned, position: [0, 0, 2]}, over: 0.5}}
 )"));
   EXPECT_TRUE(scenario.scene.InitialPose("ball").p.isApprox(Eigen::Vector3d(0, 1, 0), 1e-12));
-const geometry::Shape& tool = scenario.scene.FindObject("tool")->shape;
-EXPECT_EQ(std::get<geometry::Cylinder>(tool.parts[1].primitive).length, 0.4);
-EXPECT_EQ(tool.parts[1].X_SP.p.z(), 1);
-const scene::Region& spot = *scenario.scene.FindRegion("spot");
-EXPECT_EQ(std::get<scene::Disc>(spot.form).radius, 0.06);
-EXPECT_EQ(spot.capacity, 1);
-EXPECT_EQ(spot.dwell, 5);
-EXPECT_TRUE(scenario.scene.FindRegion("hub")->hub);
-EXPECT_EQ(scenario.task.semantics, "ltlf");
-EXPECT_EQ(scenario.constraints[0].relax, 2);
-EXPECT_EQ(scenario.constraints[0].spec.parameters.Find("relax"), nullptr);
-EXPECT_TRUE(scenario.events[0].has_goal);
-EXPECT_EQ(scenario.problem, nullptr);
+  const geometry::Shape& tool = scenario.scene.FindObject("tool")->shape;
+  EXPECT_EQ(std::get<geometry::Cylinder>(tool.parts[1].primitive).length, 0.4);
+  EXPECT_EQ(tool.parts[1].X_SP.p.z(), 1);
+  const scene::Region& spot = *scenario.scene.FindRegion("spot");
+  EXPECT_EQ(std::get<scene::Disc>(spot.form).radius, 0.06);
+  EXPECT_EQ(spot.capacity, 1);
+  EXPECT_EQ(spot.dwell, 5);
+  EXPECT_TRUE(scenario.scene.FindRegion("hub")->hub);
+  EXPECT_EQ(scenario.task.semantics, "ltlf");
+  EXPECT_EQ(scenario.constraints[0].relax, 2);
+  EXPECT_EQ(scenario.constraints[0].spec.parameters.Find("relax"), nullptr);
+  EXPECT_TRUE(scenario.events[0].has_goal);
+  EXPECT_EQ(scenario.problem, nullptr);
 }
 
 TEST_F(ScenarioTest, UnknownKeysAndNamesCarryTheNearestMatch) {
@@ -332,11 +332,11 @@ object:
 }
 )"));
   EXPECT_EQ(scenario.events[0].starts, "place(cup,shelf)");
-EXPECT_EQ(scenario.events[1].starts, "pick(cup)");
-EXPECT_EQ(scenario.events[1].Describe(), "move cup by (0, 0.05, 0) m over 1 s");
-EXPECT_THAT(ErrorOf(kSmall + "events:\n- {when: {starts: place(cup)}, move: {object: cup, over: 1}}\n"),
-            ::testing::AllOf(HasSubstr("action 'place(cup)' in event has 1 arguments (it takes 2)"),
-                             HasSubstr("'move' of event needs one destination")));
+  EXPECT_EQ(scenario.events[1].starts, "pick(cup)");
+  EXPECT_EQ(scenario.events[1].Describe(), "move cup by (0, 0.05, 0) m over 1 s");
+  EXPECT_THAT(ErrorOf(kSmall + "events:\n- {when: {starts: place(cup)}, move: {object: cup, over: 1}}\n"),
+              ::testing::AllOf(HasSubstr("action 'place(cup)' in event has 1 arguments (it takes 2)"),
+                               HasSubstr("'move' of event needs one destination")));
 }
 
 TEST(SplitActionTest, TakesWhatIsAnAction) {

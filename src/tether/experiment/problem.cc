@@ -1,0 +1,95 @@
+#include "tether/experiment/problem.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "tether/common/log.h"
+#include "tether/robot/model.h"
+
+namespace tether::experiment {
+namespace {
+
+planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Scene& scene, bool with_model) {
+  const scene::Robot* robot = ActingRobot(scene);
+  if (robot == nullptr) {
+    throw InputError(
+        {{Location{scenario.path, 0, 0}, "there is no robot to act", "'robots: {panda: {model: panda}}'"}});
+  }
+  const std::shared_ptr<const robot::Model>& model = scenario.models.at(robot->name);
+  robot::State state(model);
+  state.Set(Eigen::Map<const Eigen::VectorXd>(robot->q.data(), static_cast<Eigen::Index>(robot->q.size())),
+            Eigen::VectorXd::Zero(model->dof()));
+  planning::ActingRobot acting;
+  acting.name = robot->name;
+  acting.model = with_model ? model : nullptr;
+  acting.X_WBase = scene.InitialPose(robot->name);
+  acting.X_WHand = acting.X_WBase * state.X_BH();
+  return acting;
+}
+
+nlp::Backend ChooseBackend(const Scenario& scenario, const std::string& override_name) {
+  if (!override_name.empty()) return nlp::ParseBackend(override_name);
+  if (scenario.planning.solver == "native") {
+    LogWarning(scenario.path + ": this build has no native solver; IPOPT is used instead");
+    return nlp::Backend::kIpopt;
+  }
+  return nlp::ParseBackend(scenario.planning.solver);
+}
+
+void CheckOverrides(const PlanningOverrides& overrides) {
+  Diagnostics diagnostics;
+  const auto at_least = [&](const auto& value, auto least, const char* name, const char* accepted) {
+    if (value && !(*value >= least)) diagnostics.Add({}, std::string(name) + " is too small", accepted);
+  };
+  at_least(overrides.max_actions, 1, "--max-actions", "a whole number above zero");
+  at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: no limit");
+  at_least(overrides.threads, 0, "--threads", "a number of threads; 0: all processors");
+  at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
+  diagnostics.ThrowIfAny();
+}
+
+}  // namespace
+
+const scene::Robot* ActingRobot(const scene::Scene& scene) {
+  return scene.robots.empty() ? nullptr : &scene.robots.front();
+}
+
+std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario) {
+  const Location where = scenario.task.where.line > 0 ? scenario.task.where : Location{scenario.path, 0, 0};
+  if (!scenario.task.ltl.empty()) {
+    throw InputError({{where, "temporal goals are not supported yet", "a PDDL domain, problem and goal"}});
+  }
+  if (scenario.problem == nullptr) {
+    throw InputError(
+        {{where, "the scenario has no task", "'task' with 'domain' and 'problem', two PDDL files"}});
+  }
+  return symbolic::Task::Ground(scenario.problem);
+}
+
+planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scene,
+                              const PlanningOverrides& overrides) {
+  CheckOverrides(overrides);
+  const PlanningSettings& settings = scenario.planning;
+  planning::Problem problem;
+  problem.title = scenario.title;
+  problem.scene = scene;
+  problem.actions = scenario.actions;
+  for (const GlobalConstraint& constraint : scenario.constraints)
+    problem.constraints.push_back(constraint.spec);
+  problem.robot = MakeActingRobot(scenario, scene, settings.robot && !overrides.no_robot);
+  problem.program.weights = {settings.weight_translation, settings.weight_rotation};
+  problem.program.home = settings.home;
+  problem.program.backend = ChooseBackend(scenario, overrides.solver);
+  problem.program.solver.trace = overrides.trace;
+  problem.search.max_actions = overrides.max_actions.value_or(scenario.task.max_actions);
+  problem.search.max_plans = overrides.max_plans.value_or(settings.max_plans);
+  problem.search.time_limit_s = overrides.time_limit_s.value_or(settings.time_limit_s);
+  const int threads = overrides.threads.value_or(settings.threads);
+  problem.search.threads =
+      threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  problem.search.seed = overrides.seed.value_or(scenario.seed);
+  problem.search.stop = overrides.stop;
+  return problem;
+}
+
+}  // namespace tether::experiment

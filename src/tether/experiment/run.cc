@@ -1,0 +1,264 @@
+#include "tether/experiment/run.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "tether/experiment/plan_output.h"
+#include "tether/planning/plan_file.h"
+#include "tether/sim/renderer.h"
+#include "tether/sim/world.h"
+
+namespace tether::experiment {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// One run: world, executive and everything around their loop.
+class Run {
+ public:
+  Run(const Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
+      const planning::Plan& plan, const RunOptions& options)
+      : scenario_(scenario),
+        scene_(scene),
+        task_(task),
+        options_(options),
+        period_(1.0 / scenario.execution.rate),
+        world_(scene, scenario.models),
+        executive_(scene, scenario.models, plan, MakeExecutiveOptions(period_)),
+        done_(options.events.size(), false) {
+    if (!options_.snapshots.empty()) {
+      std::filesystem::create_directories(options_.snapshots);
+      renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
+    }
+    report_.plan = plan;
+  }
+
+  RunReport Execute() {
+    const auto begin = Clock::now();
+    Snapshot("start");
+    try {
+      Loop(begin);
+      if (report_.status != RunStatus::kInterrupted) Settle(begin);
+    } catch (const InputError& error) {
+      // The simulation has become unstable: an outcome of this run, not a mistake of the user.
+      report_.status = RunStatus::kFailed;
+      report_.reason = error.what();
+    }
+    Judge();
+    Snapshot("end");
+    report_.sim_time_s = world_.time();
+    report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    report_.steps = executive_.records();
+    report_.retries = executive_.retries();
+    return std::move(report_);
+  }
+
+ private:
+  static execution::ExecutiveOptions MakeExecutiveOptions(double period) {
+    execution::ExecutiveOptions options;
+    options.period = period;
+    return options;
+  }
+
+  void Loop(Clock::time_point begin) {
+    while (executive_.running()) {
+      if (options_.stop != nullptr && options_.stop->load()) {
+        report_.status = RunStatus::kInterrupted;
+        report_.reason = "interrupted";
+        return;
+      }
+      if (world_.time() > scenario_.execution.timeout_s) {
+        report_.status = RunStatus::kTimeout;
+        report_.reason =
+            "the plan was not finished after " + Fixed(world_.time(), 1) + " s (execution: timeout)";
+        return;
+      }
+      Tick(begin);
+    }
+    const execution::ExecutiveStatus& status = executive_.status();
+    if (status.state == execution::ExecutiveStatus::State::kFailed) {
+      report_.status = RunStatus::kFailed;
+      report_.reason = status.reason;
+    }
+  }
+
+  void Settle(Clock::time_point begin) {
+    const double end = world_.time() + options_.settle_s;
+    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+  }
+
+  void Tick(Clock::time_point begin) {
+    world_.Truth(&truth_);
+    world_.Observe(&observations_);
+    const robot::Commands& commands = executive_.Step(truth_, observations_);
+    TakeEvents();
+    Disturb();
+    world_.Apply(commands, period_);
+    if (options_.realtime) {
+      std::this_thread::sleep_until(
+          begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
+    }
+  }
+
+  /// Records what the executive did in this tick.
+  void TakeEvents() {
+    started_.clear();
+    for (; seen_ < executive_.events().size(); ++seen_) {
+      const execution::Event event = executive_.events()[seen_];
+      if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
+      Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
+      if (event.kind == execution::EventKind::kStepFinished) {
+        const auto& steps = executive_.plan().steps;
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
+                                                             : "step");
+      }
+    }
+  }
+
+  void Disturb() {
+    for (size_t i = 0; i < options_.events.size(); ++i) {
+      const Event& event = options_.events[i];
+      const bool starts = std::find(started_.begin(), started_.end(), event.starts) != started_.end();
+      const bool now = event.starts.empty() ? world_.time() >= event.time : starts;
+      if (done_[i] || !now) continue;
+      done_[i] = true;
+      Record(world_.time(), "disturbance", executive_.step(), event.Describe());
+      world_.MoveObject(event.object, Goal(event), event.over);
+    }
+  }
+
+  math::Pose Goal(const Event& event) const {
+    if (!event.has_goal) {
+      const math::Pose& X = truth_.X_WO.at(event.object);
+      return {event.X_by.R * X.R, event.X_by.p + X.p};
+    }
+    const auto parent = truth_.X_WO.find(event.parent);
+    return (parent != truth_.X_WO.end() ? parent->second : scene_.InitialPose(event.parent)) *
+           event.X_ParentGoal;
+  }
+
+  void Record(double time, const std::string& kind, int step, const std::string& text) {
+    report_.events.push_back({time, kind, step, text});
+    if (options_.on_event) options_.on_event(time, kind, text);
+  }
+
+  void Snapshot(const std::string& label) {
+    if (renderer_ == nullptr) return;
+    char number[16];
+    std::snprintf(number, sizeof number, "%02d_", static_cast<int>(report_.snapshots.size()));
+    std::string name = number;
+    for (char c : label) {
+      if (std::isalnum(static_cast<unsigned char>(c)) || c == '-')
+        name += c;
+      else if (!name.ends_with("_"))
+        name += '_';
+    }
+    while (name.ends_with("_")) name.pop_back();
+    report_.snapshots.push_back((std::filesystem::path(options_.snapshots) / (name + ".png")).string());
+    renderer_->WritePng(world_, report_.snapshots.back());
+  }
+
+  int ActionsDone() const {
+    const auto& steps = executive_.plan().steps;
+    const int step = executive_.step();
+    return step >= static_cast<int>(steps.size()) ? static_cast<int>(executive_.plan().actions.size())
+                                                  : steps[static_cast<size_t>(step)].action_index;
+  }
+
+  void Judge() {
+    Truth truth;
+    truth.X_WO = world_.Truth().X_WO;
+    for (const auto& [name, observation] : world_.Observe()) {
+      robot::State state(scenario_.models.at(name));
+      state.Set(observation.q, observation.v);
+      truth.X_WHand[name] = scene_.InitialPose(name) * state.X_BH();
+    }
+    truth.contact_force = [this](const std::string& a, const std::string& b) {
+      return world_.ContactForce(a, b);
+    };
+    report_.judgement = JudgeGoal(scene_, truth, task_, executive_.plan().actions, ActionsDone());
+    if (report_.status != RunStatus::kNotCalled) return;
+    report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
+  }
+
+  const Scenario& scenario_;
+  const scene::Scene& scene_;
+  const symbolic::Task& task_;
+  const RunOptions& options_;
+  double period_;
+  sim::World world_;
+  execution::Executive executive_;
+  std::unique_ptr<sim::Renderer> renderer_;
+  scene::WorldEstimate truth_;
+  robot::Observations observations_;
+  size_t seen_ = 0;
+  std::vector<std::string> started_;  ///< Actions that started in this tick.
+  std::vector<bool> done_;            ///< Per disturbance.
+  RunReport report_;
+};
+
+}  // namespace
+
+std::string ToString(RunStatus status) {
+  switch (status) {
+    case RunStatus::kNotCalled:
+      return "not_called";
+    case RunStatus::kSuccess:
+      return "success";
+    case RunStatus::kGoalMissed:
+      return "goal_missed";
+    case RunStatus::kFailed:
+      return "failed";
+    case RunStatus::kTimeout:
+      return "timeout";
+    case RunStatus::kInterrupted:
+      return "interrupted";
+  }
+  return "not_called";
+}
+
+RunReport RunPlan(const Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
+                  const planning::Plan& plan, const RunOptions& options) {
+  return Run(scenario, scene, task, plan, options).Execute();
+}
+
+Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed) {
+  Value actions = Value::Array(), steps = Value::Array(), events = Value::Array(), facts = Value::Array();
+  for (const std::string& action : report.plan.actions) actions.Append(action);
+  for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
+    const execution::StepRecord& record = report.steps[i];
+    Value step = planning::WriteStep(report.plan.steps[i], false);
+    step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
+    step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
+    steps.Append(step);
+  }
+  for (const RunEvent& event : report.events) {
+    events.Append(Value::Object()
+                      .Set("time_s", event.time)
+                      .Set("kind", event.kind)
+                      .Set("step", event.step)
+                      .Set("text", event.text));
+  }
+  for (const GoalFact& fact : report.judgement.facts) {
+    facts.Append(Value::Object()
+                     .Set("atom", fact.atom)
+                     .Set("holds", fact.holds)
+                     .Set("judged_by", fact.geometric ? "geometry" : "effects"));
+  }
+  Value snapshots = Value::Array();
+  for (const std::string& file : report.snapshots) snapshots.Append(file);
+  Value value = OutputHeader("tether.run/1", seed);
+  value.Set("scenario", scenario).Set("status", ToString(report.status));
+  value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
+  value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
+  value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
+  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("snapshots", snapshots);
+  return value;
+}
+
+}  // namespace tether::experiment
