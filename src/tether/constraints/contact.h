@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/constraints/context.h"
+
+namespace tether::constraints {
+
+/// One way for a tool to touch the side of an object: which side, with which part of the tool. Directions are
+/// unit vectors.
+struct Contact {
+  Eigen::Vector3d normal_B;  ///< Outward normal of the object's side, in the object's frame; level.
+  double offset_B = 0;       ///< normal · x on that side, m.
+  int tool_part = 0;
+  double tool_depth = 0;  ///< From the tool part's centre to the point of contact, m.
+  /// In the tool's frame, square to its down face. A line of contact (a lying capsule): along it. A face: its
+  /// outward normal. None: a point of contact (a sphere, or something round standing upright).
+  enum class Form { kPoint, kLine, kFace } form = Form::kPoint;
+  Eigen::Vector3d direction_A = Eigen::Vector3d::Zero();
+  /// Half the width of the contact, level and across the push, m.
+  double half_width = 0;
+  std::string label;
+  double score = 0;
+};
+
+/// Ways for `tool` to touch a side of `object` at `step`, best first: pushing from there moves the object
+/// towards the robot, or else towards the world's origin.
+std::vector<Contact> FindContacts(const Context& context, const std::string& tool, const std::string& object,
+                                  int step);
+
+/// The contact chosen for that step, shared by all constraints that speak of it.
+std::optional<Contact> ChosenContact(const Context& context, const std::string& tool,
+                                     const std::string& object, int step);
+
+}  // namespace tether::constraints

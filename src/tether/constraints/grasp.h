@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/constraints/context.h"
+
+namespace tether::constraints {
+
+/// One way to take an object between two fingers from above: which part, and along which of its directions
+/// the fingers close.
+struct Grasp {
+  int part = 0;
+  Eigen::Vector3d approach_O;  ///< Unit, in the object's frame: the hand's z axis.
+  std::optional<Eigen::Vector3d>
+      closing_O;     ///< Unit, in the object's frame: the hand's y axis, either way round. None: any.
+  double width = 0;  ///< Between the fingers, m.
+  std::string label;
+  double score = 0;  ///< Lower is better: narrow, within reach, fingers clear (Paper A, section VI-B).
+};
+
+/// What the fingers can take, best first. Empty when everything is wider than the gripper opens. `too_wide`,
+/// if given, receives the smallest width found.
+std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
+                              double* smallest_width = nullptr);
+
+/// The grasp chosen for this step and object, shared by all constraints of the step; none if there is none.
+std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object);
+
+/// The part of ChosenGrasp, or the first part when nothing can be grasped.
+int GraspedPart(const Context& context, const std::string& object);
+
+}  // namespace tether::constraints

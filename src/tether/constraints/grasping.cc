@@ -1,0 +1,242 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tether/constraints/grasp.h"
+#include "tether/constraints/kinds.h"
+#include "tether/constraints/surface.h"
+#include "tether/geometry/distance.h"
+#include "tether/geometry/query.h"
+
+namespace tether::constraints {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using geometry::Part;
+using math::Pose;
+using nlp::Role;
+
+// Room for the fingers to pass beside what they close on, both sides together, m.
+constexpr double kOpeningSlack = 0.005;
+// Room between the palm and the top of what is grasped, m.
+constexpr double kPalmClearance = 0.005;
+// Fingers nearer to something else than this are worth avoiding, m.
+constexpr double kFingerClearance = 0.01;
+// Without a robot model: a parallel gripper of common size.
+constexpr double kDefaultOpening = 0.08;
+
+double MaxOpening(const Context& context) {
+  return context.robot() != nullptr ? context.robot()->gripper().max_opening : kDefaultOpening;
+}
+
+struct Width {
+  std::optional<Vector3d> axis_P;  ///< None: round about the approach, any direction will do.
+  double width;
+  const char* name;
+};
+
+/// Directions of a part, in its own frame, along which parallel fingers that come along `approach_P` can
+/// close.
+std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const Vector3d& approach_P) {
+  const bool along_z = std::abs(approach_P.z()) > 0.9;
+  if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
+    static const char* const names[] = {"x", "y", "z"};
+    std::vector<Width> widths;
+    for (int i = 0; i < 3; ++i) {
+      if (std::abs(approach_P[i]) < 0.1) widths.push_back({Vector3d::Unit(i), box->size[i], names[i]});
+    }
+    return widths;
+  }
+  if (const auto* sphere = std::get_if<geometry::Sphere>(&primitive)) {
+    return {{std::nullopt, 2 * sphere->radius, "any direction"}};
+  }
+  const auto* capsule = std::get_if<geometry::Capsule>(&primitive);
+  const double radius = capsule != nullptr ? capsule->radius : std::get<geometry::Cylinder>(primitive).radius;
+  if (along_z) return {{std::nullopt, 2 * radius, "any direction"}};
+  if (std::abs(approach_P.z()) > 0.1) return {};
+  return {{approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
+}
+
+/// The rotation of a hand that approaches along `approach` and closes along `closing`, turned the way round
+/// that is nearer to `R_now` (the gripper is symmetric).
+Matrix3d HandRotation(const Vector3d& approach, const Vector3d& closing, const Matrix3d& R_now) {
+  Matrix3d R;
+  R.col(2) = approach;
+  R.col(1) = (closing - approach * approach.dot(closing)).normalized();
+  R.col(0) = R.col(1).cross(R.col(2));
+  Matrix3d R_turned = R;
+  R_turned.col(0) *= -1;
+  R_turned.col(1) *= -1;
+  return math::AngleBetween(R, R_now) <= math::AngleBetween(R_turned, R_now) ? R : R_turned;
+}
+
+/// The hand's rotation for a grasp, in the object's frame.
+Matrix3d GraspRotation(const Context& context, const std::string& object, const Grasp& grasp) {
+  const int before = context.step() - 1;
+  const Matrix3d R_now = context.PoseAt({object, before}).R.transpose() * context.PoseAt({kHand, before}).R;
+  // Without a preferred direction, keep the one that the hand has.
+  const Vector3d closing = grasp.closing_O.value_or(R_now.col(1));
+  const Vector3d across = closing - grasp.approach_O * grasp.approach_O.dot(closing);
+  return HandRotation(grasp.approach_O, across.norm() > 1e-3 ? closing : grasp.approach_O.unitOrthogonal(),
+                      R_now);
+}
+
+/// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
+double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
+  double score = grasp.width;
+  const Pose X_WO = context.PoseAt({object, context.step() - 1});
+  const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), part.X_SP.p);
+  if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
+    double clearance = kFingerClearance;
+    for (const scene::Object& other : context.scene().objects) {
+      if (other.name == object) continue;
+      const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+      clearance = std::min(clearance, geometry::SignedDistance(*hand, X_WH, other.shape, X_WOther).distance);
+    }
+    score += kFingerClearance - clearance;
+  }
+  if (context.robot() != nullptr) {
+    const robot::Reach& reach = context.robot()->reach();
+    const Vector3d p_WCentre = context.X_WBase() * reach.centre;
+    // The part's nearest point to the shoulder is what can be had at best.
+    const Pose X_WP = X_WO * part.X_SP;
+    const Vector3d p_WNear = geometry::DistanceToPoint(part.primitive, X_WP, p_WCentre).p_W;
+    const Vector3d p_WWrist = p_WNear + X_WH.R * reach.wrist_hand;
+    score += 10 * std::max(0.0, (p_WWrist - p_WCentre).norm() - reach.max);
+  }
+  return score;
+}
+
+void GuessGraspable(const Context& context, const Parameters& parameters, Pose& X_TC) {
+  const std::string& object = parameters.Text("object");
+  if (context.control() != kHand || context.target() != object) return;
+  if (const auto grasp = ChosenGrasp(context, object)) X_TC.R = GraspRotation(context, object, *grasp);
+}
+
+void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& object = parameters.Text("object");
+  const geometry::Shape* shape = context.ShapeOf(object);
+  if (shape == nullptr) return sink.Refute("graspable: '" + object + "' is not solid");
+  double smallest = 0;
+  FindGrasps(context, object, &smallest);
+  const auto grasp = ChosenGrasp(context, object);
+  if (!grasp) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
+                  object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
+    return sink.Refute(text);
+  }
+  const Part& part = shape->parts[static_cast<size_t>(grasp->part)];
+  const std::string label = "graspable(" + object + ")";
+  const std::vector<FrameAt> frames{{object, context.step()}, {kHand, context.step()}};
+  const Vector3d up = -grasp->approach_O;
+  std::vector<Vector3d> centred;
+  if (grasp->closing_O) {
+    sink.Add(Role::kEquality, label + ": orientation of the hand",
+             MakeRotationMatch(GraspRotation(context, object, *grasp)), frames);
+    centred = {*grasp->closing_O};
+  } else {
+    sink.Add(Role::kEquality, label + ": approach direction",
+             MakeDirections(ParallelRows(Vector3d::UnitZ(), grasp->approach_O)), frames);
+    const Vector3d x = up.unitOrthogonal();
+    centred = {x, up.cross(x)};
+  }
+  std::vector<HalfSpaceRow> rows;
+  for (const Vector3d& n : centred) rows.push_back({Vector3d::Zero(), n, n.dot(part.X_SP.p)});
+  sink.Add(Role::kEquality, label + ": centred between the fingers", MakeHalfSpaces(rows), frames);
+  if (context.robot() != nullptr) {
+    const double depth = context.robot()->gripper().palm_depth - kPalmClearance;
+    sink.Add(Role::kInequality, label + ": palm clear of its top",
+             MakeHalfSpaces({{Vector3d::Zero(), -up, depth - PartSupport(part, up)}}), frames);
+  }
+}
+
+void CheckGraspable(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& object = parameters.Text("object");
+  const geometry::Shape* shape = context.ShapeOf(object);
+  if (shape == nullptr) return;
+  const std::string label = "graspable(" + object + ")";
+  const Pose X_OH =
+      math::Between(context.PoseAt({object, context.step()}), context.PoseAt({kHand, context.step()}));
+  // The hand comes from above the face that the object stands on.
+  const double tilt = std::acos(std::clamp(X_OH.R.col(2).dot(context.DownFace(object)), -1.0, 1.0));
+  findings.Report(label + ": approach from above", nlp::Unit::kRadian, tilt);
+  // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
+  const int index = geometry::DistanceToPoint(*shape, Pose(), X_OH.p).part;
+  const Part& part = shape->parts[static_cast<size_t>(index)];
+  const Vector3d closing = X_OH.R.col(1);
+  const double upper = PartSupport(part, closing) - closing.dot(X_OH.p);
+  const double lower = PartSupport(part, -closing) + closing.dot(X_OH.p);
+  findings.Report(label + ": width between the fingers", nlp::Unit::kMetre,
+                  upper + lower - MaxOpening(context));
+  findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower));
+  if (context.robot() != nullptr) {
+    const Vector3d up = -X_OH.R.col(2);
+    findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
+                    PartSupport(part, up) - up.dot(X_OH.p) - context.robot()->gripper().palm_depth);
+  }
+}
+
+}  // namespace
+
+std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, double* smallest_width) {
+  std::vector<Grasp> grasps;
+  double smallest = std::numeric_limits<double>::infinity();
+  const geometry::Shape* shape = context.ShapeOf(object);
+  if (shape == nullptr) return grasps;
+  const double opening = MaxOpening(context) - kOpeningSlack;
+  for (size_t i = 0; i < shape->parts.size(); ++i) {
+    const Part& part = shape->parts[i];
+    Grasp grasp;
+    grasp.part = static_cast<int>(i);
+    grasp.approach_O = context.DownFace(object);
+    for (const Width& way : ClosingDirections(part.primitive, part.X_SP.R.transpose() * grasp.approach_O)) {
+      smallest = std::min(smallest, way.width);
+      if (way.width > opening) continue;
+      grasp.closing_O.reset();
+      if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
+      grasp.width = way.width;
+      grasp.label = (shape->is_compound() ? "part " + std::to_string(i + 1) + ", " : std::string()) +
+                    "fingers close along " + way.name;
+      grasp.score = ScoreGrasp(context, object, part, grasp);
+      grasps.push_back(grasp);
+    }
+  }
+  std::stable_sort(grasps.begin(), grasps.end(),
+                   [](const Grasp& a, const Grasp& b) { return a.score < b.score - 1e-9; });
+  if (smallest_width != nullptr) *smallest_width = smallest;
+  return grasps;
+}
+
+std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object) {
+  const std::vector<Grasp> grasps = FindGrasps(context, object);
+  if (grasps.empty()) return std::nullopt;
+  std::vector<Option> options;
+  for (const Grasp& grasp : grasps) options.push_back({grasp.label, grasp.score});
+  const int chosen = context.Choose("grasp(" + object + ")@" + std::to_string(context.step()), options);
+  return grasps[static_cast<size_t>(chosen)];
+}
+
+int GraspedPart(const Context& context, const std::string& object) {
+  const auto grasp = ChosenGrasp(context, object);
+  return grasp ? grasp->part : 0;
+}
+
+Kind GraspableKind() {
+  return {"graspable",
+          "The hand stands so that its two fingers can close on the object: it approaches from above the "
+          "face that the object stands on, "
+          "closes along a direction in which the object fits between the fingers, is centred, and its palm "
+          "is clear. The orientation that is "
+          "planned is the one that is executed. Directions are tried from the narrowest; of equal ones, "
+          "where the fingers are clearest.",
+          "Paper A, section VI-B; ERRATA A13",
+          {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
+           {"approach", ParameterDoc::Type::kText, false, 0, 0, 0, {"down"}, "direction of approach"}},
+          GuessGraspable,
+          BuildGraspable,
+          CheckGraspable};
+}
+
+}  // namespace tether::constraints

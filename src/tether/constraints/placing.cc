@@ -1,0 +1,244 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tether/constraints/kinds.h"
+#include "tether/constraints/surface.h"
+#include "tether/geometry/distance.h"
+#include "tether/geometry/support.h"
+
+namespace tether::constraints {
+namespace {
+
+using Eigen::Vector3d;
+using geometry::FlatFacet;
+using math::Pose;
+using nlp::Role;
+
+// Polygons with more corners than this stand for discs, and get one row per edge of the other polygon.
+constexpr size_t kMostCorners = 8;
+// A footprint that fits with less room than this is not asked to fit, m.
+constexpr double kLeastSlack = 5e-4;
+
+/// How much of `object` must be over the support: its whole footprint where that fits, else its centre of
+/// mass.
+struct Demand {
+  std::vector<Vector3d> points_A;  ///< Points of the object that must be over the support …
+  double margin = 0;               ///< … by this much, m.
+  bool whole_footprint = false;
+};
+
+Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const FlatFacet& support,
+                  double margin) {
+  Demand demand;
+  const auto fits = [&](double inset) {
+    return geometry::FitsInside(foot.polygon, geometry::Shrink(support.polygon, inset)).has_value();
+  };
+  if (foot.points.size() >= 3 && fits(kLeastSlack)) {
+    // Half of the room there is, so that the rows keep an interior.
+    double low = kLeastSlack, high = 2 * margin;
+    if (fits(high)) {
+      low = high;
+    } else {
+      for (int i = 0; i < 12; ++i) {
+        const double middle = 0.5 * (low + high);
+        (fits(middle) ? low : high) = middle;
+      }
+    }
+    demand.margin = std::min(margin, 0.5 * low);
+    demand.whole_footprint = true;
+    if (foot.points.size() > kMostCorners) {
+      const Vector3d centre = CentroidOf(foot);
+      double radius = 0;
+      for (const Vector3d& vertex : foot.points) radius = std::max(radius, (vertex - centre).norm());
+      demand.points_A = {centre};
+      demand.margin += radius;
+    } else {
+      demand.points_A = foot.points;
+    }
+    return demand;
+  }
+  // ERRATA A13: else the true centre of mass, at least the margin inside, and well inside of a small support.
+  const double inradius = InradiusOf(support);
+  demand.points_A = {geometry::CentreOfMass(shape)};
+  demand.margin = std::min(std::max(margin, 0.6 * inradius), 0.9 * inradius);
+  return demand;
+}
+
+struct Placement {
+  FlatFacet foot;     // of the object, in its frame
+  FlatFacet support;  // of what it stands on, in that frame
+};
+
+std::optional<Placement> FindPlacement(const Context& context, const std::string& object,
+                                       const std::string& on) {
+  const geometry::Shape* a = context.ShapeOf(object);
+  const geometry::Shape* b = context.ShapeOf(on);
+  if (a == nullptr || b == nullptr) return std::nullopt;
+  return Placement{geometry::SupportPolygon(*a, context.DownFace(object)),
+                   geometry::SupportPolygon(*b, -context.DownFace(on))};
+}
+
+std::string NoSurface(const std::string& name, const char* side) {
+  return name + " has no flat " + side + " face to rest on";
+}
+
+void GuessRestsOn(const Context& context, const Parameters& parameters, Pose& X_TC) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  if (context.control() != object || context.target() != on) return;
+  const auto placement = FindPlacement(context, object, on);
+  if (!placement) return;
+  const Vector3d down_T = X_TC.R * placement->foot.normal;
+  const Pose turned(
+      Eigen::Quaterniond::FromTwoVectors(down_T, -placement->support.normal).toRotationMatrix() * X_TC.R,
+      X_TC.p);
+  X_TC.R = turned.R;
+  const double height = placement->support.offset + placement->foot.offset;
+  X_TC.p += placement->support.normal * (height - placement->support.normal.dot(X_TC.p));
+}
+
+void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  const auto placement = FindPlacement(context, object, on);
+  if (!placement) return sink.Refute("rests_on: '" + object + "' and '" + on + "' must be solid");
+  if (placement->foot.points.size() < 3) return sink.Refute(NoSurface(object, "lower"));
+  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(on, "upper"));
+  const std::string label = "rests_on(" + object + ", " + on + ")";
+  const std::vector<FrameAt> frames{{on, context.step()}, {object, context.step()}};
+  const Vector3d& up = placement->support.normal;
+  sink.Add(Role::kEquality, label + ": resting face parallel",
+           MakeDirections(ParallelRows(placement->foot.normal, up)), frames);
+  // A point of the resting face is at the height of the support.
+  const Vector3d p_AQ = placement->foot.normal * placement->foot.offset;
+  sink.Add(Role::kEquality, label + ": contact height",
+           MakeHalfSpaces({{p_AQ, up, placement->support.offset}}), frames);
+  sink.Exempt(context.step(), object, on);
+}
+
+void CheckRestsOn(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  const geometry::Shape* a = context.ShapeOf(object);
+  const geometry::Shape* b = context.ShapeOf(on);
+  if (a == nullptr || b == nullptr) return;
+  const Pose X_WA = context.PoseAt({object, context.step()}), X_WB = context.PoseAt({on, context.step()});
+  const std::string label = "rests_on(" + object + ", " + on + ")";
+  const double distance = geometry::SignedDistance(*a, X_WA, *b, X_WB).distance;
+  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance));
+  const double tilt = std::acos(
+      std::clamp((X_WA.R * context.DownFace(object)).dot(X_WB.R * context.DownFace(on)), -1.0, 1.0));
+  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt);
+  // On top of it, not at its side.
+  const Vector3d up_W = -(X_WB.R * context.DownFace(on));
+  const double top = geometry::Support(*b, X_WB.R.transpose() * up_W) + up_W.dot(X_WB.p);
+  const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p);
+  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top));
+}
+
+/// All rows hold at X_BA.
+bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose& X_BA) {
+  for (const FaceEdge& edge : edges) {
+    for (const Vector3d& p_AQ : demand.points_A) {
+      if (edge.normal.dot(X_BA * p_AQ) > edge.offset - demand.margin) return false;
+    }
+  }
+  return true;
+}
+
+void GuessSupported(const Context& context, const Parameters& parameters, Pose& X_TC) {
+  const std::string& object = parameters.Text("object");
+  const std::string& by = parameters.Text("by");
+  if (context.control() != object || context.target() != by) return;
+  const auto placement = FindPlacement(context, object, by);
+  if (!placement || placement->support.points.size() < 3) return;
+  const Demand demand =
+      FindDemand(*context.ShapeOf(object), placement->foot, placement->support, parameters.Number("margin"));
+  const std::vector<FaceEdge> edges = EdgesOf(placement->support);
+  const Vector3d& up = placement->support.normal;
+  Vector3d middle = CentroidOf(placement->support) -
+                    X_TC.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
+  middle += up * up.dot(X_TC.p - middle);
+  // The nearest yaw, and for it the nearest place on the way to the middle, where the demand holds.
+  for (int turn = 0; turn < 24; ++turn) {
+    const double yaw = (turn % 2 == 0 ? 1 : -1) * ((turn + 1) / 2) * (std::numbers::pi / 12);
+    Pose X(math::ExpSO3(up * yaw) * X_TC.R, X_TC.p);
+    Vector3d goal = CentroidOf(placement->support) -
+                    X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
+    goal += up * up.dot(X_TC.p - goal);
+    for (int i = 0; i <= 40; ++i) {
+      X.p = X_TC.p + (goal - X_TC.p) * (i / 40.0);
+      if (Holds(demand, edges, X)) {
+        X_TC = X;
+        return;
+      }
+    }
+  }
+  X_TC.p = middle;
+}
+
+void BuildSupported(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& object = parameters.Text("object");
+  const std::string& by = parameters.Text("by");
+  const auto placement = FindPlacement(context, object, by);
+  if (!placement) return sink.Refute("supported: '" + object + "' and '" + by + "' must be solid");
+  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(by, "upper"));
+  const Demand demand =
+      FindDemand(*context.ShapeOf(object), placement->foot, placement->support, parameters.Number("margin"));
+  std::vector<HalfSpaceRow> rows;
+  for (const FaceEdge& edge : EdgesOf(placement->support)) {
+    for (const Vector3d& p_AQ : demand.points_A)
+      rows.push_back({p_AQ, edge.normal, edge.offset - demand.margin});
+  }
+  sink.Add(
+      Role::kInequality,
+      "supported(" + object + ", " + by + "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
+      MakeHalfSpaces(std::move(rows)), {{by, context.step()}, {object, context.step()}});
+}
+
+void CheckSupported(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& object = parameters.Text("object");
+  const std::string& by = parameters.Text("by");
+  const geometry::Shape* a = context.ShapeOf(object);
+  const geometry::Shape* b = context.ShapeOf(by);
+  if (a == nullptr || b == nullptr) return;
+  const Pose X_BA =
+      math::Between(context.PoseAt({by, context.step()}), context.PoseAt({object, context.step()}));
+  // In the plane of the support: the centre of mass over the polygon.
+  const FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
+  const double inside =
+      geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
+  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
+}
+
+}  // namespace
+
+Kind RestsOnKind() {
+  return {"rests_on",
+          "The object stands on the other: the face that it last stood on is parallel to the other's upper "
+          "face and touches it. Three smooth "
+          "rows, in place of a signed distance whose witness points are not unique between parallel faces.",
+          "Paper A, eqs. (8), (12); ERRATA A7, A12",
+          {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is put down"},
+           {"on", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what it stands on"}},
+          GuessRestsOn,
+          BuildRestsOn,
+          CheckRestsOn};
+}
+
+Kind SupportedKind() {
+  return {"supported",
+          "The object is over the upper face of what carries it: its whole footprint where that fits, by the "
+          "margin or half of the room there "
+          "is; else its true centre of mass, at least the margin inside. One row per edge of the polygon.",
+          "Paper A, eq. (10); ERRATA A12, A13, A14",
+          {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is carried"},
+           {"by", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what carries it"},
+           {"margin", ParameterDoc::Type::kNumber, false, 0.01, 0, 1, {}, "distance inside the edge, m"}},
+          GuessSupported,
+          BuildSupported,
+          CheckSupported};
+}
+
+}  // namespace tether::constraints

@@ -1,0 +1,324 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tether/constraints/contact.h"
+#include "tether/constraints/kinds.h"
+#include "tether/constraints/surface.h"
+#include "tether/geometry/distance.h"
+
+namespace tether::constraints {
+namespace {
+
+using Eigen::Vector3d;
+using math::Pose;
+using nlp::Role;
+
+// Between a tool that pushes and the surface that it passes over, m: room for the tool to sag.
+constexpr double kToolHeight = 0.004;
+// How far inside its ends a line or face of contact takes the push, m.
+constexpr double kEndMargin = 0.01;
+// A point of contact may be this far beside the centre of mass, m.
+constexpr double kPointOffset = 0.002;
+// A first guess of how far to push, m.
+constexpr double kGuessedPush = 0.2;
+
+Vector3d ToolDown(const Context& context, const std::string& tool) {
+  return tool == kHand ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
+}
+
+const geometry::Part& ToolPart(const Context& context, const std::string& tool, const Contact& contact) {
+  return context.ShapeOf(tool)->parts[static_cast<size_t>(contact.tool_part)];
+}
+
+/// Heights over the object's origin between which the middle of the tool may press: above its lower edge, not
+/// above its centre of mass.
+std::pair<double, double> PressHeights(const geometry::Shape& object, const Vector3d& up_B) {
+  const double low = -geometry::Support(object, -up_B) + 0.002;
+  return {low, std::max(low + 0.002, up_B.dot(geometry::CentreOfMass(object)))};
+}
+
+void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC) {
+  const std::string& a = parameters.Frames("between")[0];
+  const std::string& b = parameters.Frames("between")[1];
+  if (context.control() != a || context.target() != b) return;
+  const auto contact = ChosenContact(context, a, b, context.step());
+  if (!contact) return;
+  const Vector3d up_B = -context.DownFace(b);
+  const geometry::Part& part = ToolPart(context, a, *contact);
+  // Level first, then turned about the vertical until line or face lie against the side.
+  X_TC.R =
+      Eigen::Quaterniond::FromTwoVectors(X_TC.R * ToolDown(context, a), -up_B).toRotationMatrix() * X_TC.R;
+  if (contact->form != Contact::Form::kPoint) {
+    const Vector3d direction_B = X_TC.R * contact->direction_A;
+    Vector3d goal = -contact->normal_B;
+    if (contact->form == Contact::Form::kLine) {
+      goal = up_B.cross(contact->normal_B);
+      if (goal.dot(direction_B) < 0) goal = -goal;
+      // Either way round serves for a line; the rest of the tool should lie on the side that the push goes
+      // to.
+      const Vector3d arm_A = geometry::CentreOfMass(*context.ShapeOf(a)) - part.X_SP.p;
+      const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(direction_B, goal).toRotationMatrix();
+      if ((turn * X_TC.R * arm_A).dot(contact->normal_B) > 1e-6) goal = -goal;
+    }
+    const double angle = std::atan2(up_B.dot(direction_B.cross(goal)), direction_B.dot(goal));
+    X_TC.R = math::ExpSO3(up_B * angle) * X_TC.R;
+  }
+  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B);
+  const Vector3d com_B = geometry::CentreOfMass(*context.ShapeOf(b));
+  const Vector3d across = up_B.cross(contact->normal_B);
+  const Vector3d p_BCentre = contact->normal_B * (contact->offset_B + contact->tool_depth) +
+                             across * across.dot(com_B) + up_B * (0.5 * (low + high));
+  X_TC.p = p_BCentre - X_TC.R * part.X_SP.p;
+}
+
+void BuildTouch(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& a = parameters.Frames("between")[0];
+  const std::string& b = parameters.Frames("between")[1];
+  const std::string label = "touch(" + a + ", " + b + ")";
+  const auto contact = ChosenContact(context, a, b, context.step());
+  if (!contact) return sink.Refute(label + ": no side of " + b + " that a part of " + a + " can lie against");
+  const Vector3d up_B = -context.DownFace(b);
+  const geometry::Part& part = ToolPart(context, a, *contact);
+  const std::vector<FrameAt> frames{{b, context.step()}, {a, context.step()}};
+  std::vector<DirectionRow> rows = ParallelRows(ToolDown(context, a), up_B);
+  const Vector3d across = up_B.cross(contact->normal_B);
+  if (contact->form == Contact::Form::kLine) rows.push_back({contact->direction_A, contact->normal_B, 0});
+  if (contact->form == Contact::Form::kFace) rows.push_back({contact->direction_A, across, 0});
+  sink.Add(Role::kEquality, label + ": level and square to the side", MakeDirections(rows), frames);
+  sink.Add(Role::kEquality, label + ": contact",
+           MakeHalfSpaces({{part.X_SP.p, contact->normal_B, contact->offset_B + contact->tool_depth}}),
+           frames);
+  sink.Exempt(context.step(), a, b, contact->tool_part);
+}
+
+void CheckTouch(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& a = parameters.Frames("between")[0];
+  const std::string& b = parameters.Frames("between")[1];
+  const geometry::Shape* shape_a = context.ShapeOf(a);
+  const geometry::Shape* shape_b = context.ShapeOf(b);
+  if (shape_a == nullptr || shape_b == nullptr) return;
+  const double distance = geometry::SignedDistance(*shape_a, context.PoseAt({a, context.step()}), *shape_b,
+                                                   context.PoseAt({b, context.step()}))
+                              .distance;
+  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance));
+}
+
+double HalfFrictionAngle(const Context& context, const std::string& tool, const std::string& object) {
+  const scene::Object* a = context.scene().FindObject(tool);
+  const scene::Object* b = context.scene().FindObject(object);
+  double friction = b != nullptr ? b->friction : 0.5;
+  if (a != nullptr) friction = std::min(friction, a->friction);
+  return 0.5 * std::atan(friction);
+}
+
+void BuildPushNormal(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& a = parameters.Text("tool");
+  const std::string& b = parameters.Text("object");
+  const std::string& c = parameters.Text("on");
+  const int before = context.step() - 1, after = context.step();
+  const std::string label = "push_normal(" + a + ", " + b + ")";
+  const auto contact = ChosenContact(context, a, b, before);
+  if (!contact) return sink.Refute(label + ": no side of " + b + " that a part of " + a + " can lie against");
+  const Vector3d up_B = -context.DownFace(b);
+  const Vector3d& n = contact->normal_B;
+  const Vector3d across = up_B.cross(n);
+  const geometry::Part& part = ToolPart(context, a, *contact);
+
+  // The push stays within half the friction angle of the contact normal (ERRATA A13). Linear in the
+  // displacement, so that a push of no length is allowed and has no direction to be undefined (ERRATA A5).
+  const double k = std::tan(HalfFrictionAngle(context, a, b));
+  sink.Add(Role::kInequality, label + ": direction within half the friction angle",
+           MakeDisplacement({across + k * n, -across + k * n}),
+           {{c, before}, {b, before}, {c, after}, {b, after}});
+
+  // The contact takes in the centre of mass, seen along the push.
+  const Vector3d com_B = geometry::CentreOfMass(*context.ShapeOf(b));
+  std::vector<HalfSpaceRow> rows;
+  if (contact->form == Contact::Form::kPoint) {
+    const double middle = across.dot(com_B);
+    rows.push_back({part.X_SP.p, across, middle + kPointOffset});
+    rows.push_back({part.X_SP.p, -across, -middle + kPointOffset});
+    sink.Add(Role::kInequality, label + ": behind the centre of mass", MakeHalfSpaces(rows),
+             {{b, before}, {a, before}});
+  } else {
+    const Vector3d along_A = contact->form == Contact::Form::kLine
+                                 ? contact->direction_A
+                                 : Vector3d(ToolDown(context, a).cross(contact->direction_A).normalized());
+    const double half = contact->half_width - std::min(kEndMargin, 0.5 * contact->half_width);
+    const double middle = along_A.dot(part.X_SP.p);
+    rows.push_back({com_B, along_A, middle + half});
+    rows.push_back({com_B, -along_A, -middle + half});
+    sink.Add(Role::kInequality, label + ": behind the centre of mass", MakeHalfSpaces(rows),
+             {{a, before}, {b, before}});
+  }
+
+  // High enough over the surface, low enough not to tip the object.
+  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B);
+  sink.Add(Role::kInequality, label + ": height of the contact",
+           MakeHalfSpaces({{part.X_SP.p, up_B, high}, {part.X_SP.p, -up_B, -low}}),
+           {{b, before}, {a, before}});
+  if (const geometry::Shape* surface = context.ShapeOf(c)) {
+    const Vector3d up_C = -context.DownFace(c);
+    const Vector3d down_A = ToolDown(context, a);
+    const Vector3d p_ALow = down_A * geometry::Support(*context.ShapeOf(a), down_A);
+    sink.Add(Role::kInequality, label + ": tool over " + c,
+             MakeHalfSpaces({{p_ALow, -up_C, -geometry::Support(*surface, up_C) - kToolHeight}}),
+             {{c, before}, {a, before}});
+  }
+  sink.Exempt(after, a, b, contact->tool_part);
+  // Its height over the surface has a row of its own; the two stay parallel.
+  sink.Exempt(before, a, c);
+  sink.Exempt(after, a, c);
+}
+
+void CheckPushNormal(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& a = parameters.Text("tool");
+  const std::string& b = parameters.Text("object");
+  const std::string& c = parameters.Text("on");
+  const int before = context.step() - 1, after = context.step();
+  const geometry::Shape* shape_a = context.ShapeOf(a);
+  const geometry::Shape* shape_b = context.ShapeOf(b);
+  if (shape_a == nullptr || shape_b == nullptr) return;
+  const Pose X_WC = context.PoseAt({c, before}), X_WB = context.PoseAt({b, before});
+  const Vector3d from = X_WC.Inverse() * X_WB.p;
+  const Vector3d to = context.PoseAt({c, after}).Inverse() * context.PoseAt({b, after}).p;
+  const Vector3d push_W = X_WC.R * (to - from);
+  const std::string label = "push_normal(" + a + ", " + b + ")";
+  if (push_W.norm() > 1e-3) {
+    // From A, the tool, to B: the contact presses along the normal.
+    const geometry::Distance touch =
+        geometry::SignedDistance(*shape_a, context.PoseAt({a, before}), *shape_b, X_WB);
+    const double angle = std::acos(std::clamp(touch.n_W.dot(push_W.normalized()), -1.0, 1.0));
+    findings.Report(label + ": direction within half the friction angle", nlp::Unit::kRadian,
+                    angle - HalfFrictionAngle(context, a, b));
+  }
+}
+
+void GuessSlide(const Context& context, const Parameters& parameters, Pose& X_TC) {
+  const std::string& b = parameters.Text("object");
+  const std::string& c = parameters.Text("on");
+  if (context.control() != b || context.target() != c) return;
+  const Vector3d up_C = -context.DownFace(c);
+  const Pose X_CW = context.PoseAt({c, context.step() - 1}).Inverse();
+  Vector3d toward = X_CW * context.X_WBase().p - X_TC.p;
+  toward -= up_C * up_C.dot(toward);
+  const double far = toward.norm();
+  if (far < 1e-6) return;
+  // Along the side's normal that is nearest to the way home: what the contact, chosen for the step before,
+  // can do.
+  Vector3d best = toward / far;
+  double best_cosine = 0.7;
+  const geometry::Shape* shape = context.ShapeOf(b);
+  for (const geometry::Part& part : shape->parts) {
+    if (!std::holds_alternative<geometry::Box>(part.primitive)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int sign : {1, -1}) {
+        const Vector3d n = X_TC.R * part.X_SP.R.col(axis) * sign;
+        if (n.dot(toward) / far > best_cosine && std::abs(n.dot(up_C)) < 0.1) {
+          best = n;
+          best_cosine = n.dot(toward) / far;
+        }
+      }
+    }
+  }
+  X_TC.p += best * std::min(kGuessedPush, 0.5 * far);
+}
+
+void BuildSlide(const Context& context, const Parameters& parameters, RowSink& sink) {
+  const std::string& b = parameters.Text("object");
+  const std::string& c = parameters.Text("on");
+  const geometry::Shape* shape_b = context.ShapeOf(b);
+  const geometry::Shape* shape_c = context.ShapeOf(c);
+  if (shape_b == nullptr || shape_c == nullptr)
+    return sink.Refute("slide: '" + b + "' and '" + c + "' must be solid");
+  const int before = context.step() - 1, after = context.step();
+  const std::string label = "slide(" + b + ", " + c + ")";
+  const std::vector<FrameAt> frames{{c, before}, {b, before}, {c, after}, {b, after}};
+  sink.Add(Role::kEquality, label + ": without turning", MakeRotationChange(), frames);
+  const Vector3d up_C = -context.DownFace(c);
+  sink.Add(Role::kEquality, label + ": along the surface", MakeDisplacementInTarget({up_C}), frames);
+  const geometry::FlatFacet support = geometry::SupportPolygon(*shape_c, up_C);
+  const geometry::FlatFacet foot = geometry::SupportPolygon(*shape_b, context.DownFace(b));
+  if (support.points.size() < 3) return sink.Refute(c + " has no flat upper face to slide on");
+  std::vector<HalfSpaceRow> rows;
+  std::vector<Vector3d> points = foot.points;
+  if (points.empty() || points.size() > 8) points = {geometry::CentreOfMass(*shape_b)};
+  for (const FaceEdge& edge : EdgesOf(support)) {
+    for (const Vector3d& p_BQ : points) rows.push_back({p_BQ, edge.normal, edge.offset});
+  }
+  sink.Add(Role::kInequality, label + ": stays on it", MakeHalfSpaces(std::move(rows)),
+           {{c, after}, {b, after}});
+  sink.Exempt(after, b, c);
+}
+
+void CheckSlide(const Context& context, const Parameters& parameters, Findings& findings) {
+  const std::string& b = parameters.Text("object");
+  const std::string& c = parameters.Text("on");
+  const geometry::Shape* shape_b = context.ShapeOf(b);
+  const geometry::Shape* shape_c = context.ShapeOf(c);
+  if (shape_b == nullptr || shape_c == nullptr) return;
+  const int before = context.step() - 1, after = context.step();
+  const Pose X_CB0 = math::Between(context.PoseAt({c, before}), context.PoseAt({b, before}));
+  const Pose X_CB1 = math::Between(context.PoseAt({c, after}), context.PoseAt({b, after}));
+  const std::string label = "slide(" + b + ", " + c + ")";
+  findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R));
+  const double before_gap =
+      geometry::SignedDistance(*shape_b, context.PoseAt({b, before}), *shape_c, context.PoseAt({c, before}))
+          .distance;
+  const double after_gap =
+      geometry::SignedDistance(*shape_b, context.PoseAt({b, after}), *shape_c, context.PoseAt({c, after}))
+          .distance;
+  findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap));
+}
+
+}  // namespace
+
+Kind TouchKind() {
+  return {"touch",
+          "The first object, held level, lies against a level side of the second: a sphere or an upright rod "
+          "touches it at a point, a lying "
+          "rod along a line, a box with a face. One smooth row for the distance and up to three for the "
+          "attitude.",
+          "Paper A, eq. (8); ERRATA A2, A12, A13",
+          {{"between", ParameterDoc::Type::kFramePair, true, 0, 0, 0, {}, "the tool, and what it touches"}},
+          GuessTouch,
+          BuildTouch,
+          CheckTouch};
+}
+
+Kind PushNormalKind() {
+  return {"push_normal",
+          "Stated at the step that moves the object: the push is within half the friction angle of the "
+          "contact's normal, the contact takes in "
+          "the centre of mass and is no higher than it, and the tool clears the surface. A push of no length "
+          "is allowed.",
+          "Paper A, eq. (13); ERRATA A5, A13",
+          {{"tool",
+            ParameterDoc::Type::kFrame,
+            true,
+            0,
+            0,
+            0,
+            {},
+            "what pushes; touches the object at the step before"},
+           {"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is pushed"},
+           {"on", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what it is pushed along"}},
+          nullptr,
+          BuildPushNormal,
+          CheckPushNormal};
+}
+
+Kind SlideKind() {
+  return {"slide",
+          "From the step before to this one the object moves along the surface that it stands on: no "
+          "turning, no change of height, its "
+          "footprint stays over the surface.",
+          "Paper A, eq. (15); ERRATA A6, A13",
+          {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what slides"},
+           {"on", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what it slides on"}},
+          GuessSlide,
+          BuildSlide,
+          CheckSlide};
+}
+
+}  // namespace tether::constraints

@@ -1,0 +1,129 @@
+#include "tether/planning/checker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tether/geometry/distance.h"
+#include "tether/planning/program_builder.h"
+
+namespace tether::planning {
+namespace {
+
+using constraints::kHand;
+using math::Pose;
+using nlp::Unit;
+
+class Collector final : public constraints::Findings {
+ public:
+  explicit Collector(CheckResult& result) : result_(result) {}
+  void BeginStep(int step, const std::string& action) {
+    step_ = step;
+    action_ = action;
+  }
+  void Report(const std::string& label, Unit unit, double amount) override {
+    // A test that can't be evaluated is not passed.
+    const double violation = std::isfinite(amount) ? std::max(0.0, amount) : 1e9;
+    double& worst = unit == Unit::kRadian ? result_.max_violation_rad : result_.max_violation_m;
+    worst = std::max(worst, violation);
+    if (violation > 1e-6) result_.findings.push_back({step_, action_, label, unit, violation});
+  }
+
+ private:
+  CheckResult& result_;
+  int step_ = 0;
+  std::string action_;
+};
+
+bool Allowed(const StepSchema& schema, const std::string& a, const std::string& b) {
+  for (const auto& [x, y] : schema.allow) {
+    if ((x == a && y == b) || (x == b && y == a)) return true;
+  }
+  return false;
+}
+
+void CheckReach(const Problem& problem, const Pose& X_WHand, Collector& collector) {
+  if (problem.robot.model == nullptr) return;
+  const robot::Reach& reach = problem.robot.model->reach();
+  const Eigen::Vector3d p_BWrist = problem.robot.X_WBase.Inverse() * (X_WHand * reach.wrist_hand);
+  const double distance = (p_BWrist - reach.centre).norm();
+  collector.Report("reach of " + problem.robot.name, Unit::kMetre,
+                   std::max(distance - reach.max, reach.min - distance));
+}
+
+}  // namespace
+
+std::string CheckResult::Worst() const {
+  if (findings.empty()) return "";
+  const CheckFinding& worst = findings.front();
+  char text[64];
+  if (worst.unit == Unit::kRadian) {
+    std::snprintf(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
+  } else {
+    std::snprintf(text, sizeof text, " is off by %.1f mm", 1e3 * worst.amount);
+  }
+  return worst.action + ": " + worst.label + text;
+}
+
+CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
+  const SceneFacts facts(problem);
+  const std::vector<BoundStep> steps = BindSkeleton(problem, plan.actions);
+  if (steps.size() != plan.steps.size()) {
+    throw InputError("the plan has " + std::to_string(plan.steps.size()) +
+                     " key poses, but its actions have " + std::to_string(steps.size()));
+  }
+  CheckResult result;
+  Collector collector(result);
+  FrameTree tree(problem.scene, problem.robot.X_WHand);
+  std::vector<Pose> poses;
+  for (size_t t = 0; t < steps.size(); ++t) {
+    const StepSchema& schema = steps[t].schema;
+    const PlanStep& step = plan.steps[t];
+    if (schema.control != step.control || schema.target != step.target) {
+      throw InputError("key pose " + std::to_string(t + 1) + " of the plan is of '" + step.control +
+                           "' in '" + step.target + "'",
+                       "'" + schema.control + "' in '" + schema.target + "' belongs to " + steps[t].action);
+    }
+    if (!tree.AddStep(schema.control, schema.target)) {
+      throw InputError("key pose " + std::to_string(t + 1) + " hangs '" + schema.control +
+                       "' on what hangs on it");
+    }
+    poses.push_back(step.X_TC);
+  }
+
+  const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
+  Pose X_WHand_before = problem.robot.X_WHand;
+  const auto add_cost = [&](const Pose& X_WHand) {
+    const double angle = math::AngleBetween(X_WHand_before.R, X_WHand.R);
+    result.cost += problem.program.weights.translation * (X_WHand.p - X_WHand_before.p).squaredNorm() +
+                   problem.program.weights.rotation * angle * angle;
+    X_WHand_before = X_WHand;
+  };
+  for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
+    const BoundStep& step = steps[static_cast<size_t>(t)];
+    collector.BeginStep(t, step.action);
+    const StepContext context(facts, tree, poses, t, step.schema.control, step.schema.target, choose);
+    for (const BoundConstraint& constraint : step.constraints) {
+      if (constraint.kind->check) constraint.kind->check(context, constraint.parameters, collector);
+    }
+    const std::vector<std::string> moved = MovedSolids(facts, tree, step.schema.control, t);
+    for (const std::string& a : moved) {
+      for (const std::string& b : facts.solids()) {
+        if (std::find(moved.begin(), moved.end(), b) != moved.end() || Allowed(step.schema, a, b)) continue;
+        const geometry::Distance distance = geometry::SignedDistance(
+            *facts.ShapeOf(a), tree.PoseAt(a, t, poses), *facts.ShapeOf(b), tree.PoseAt(b, t, poses));
+        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance);
+      }
+    }
+    const Pose X_WHand = tree.PoseAt(kHand, t, poses);
+    CheckReach(problem, X_WHand, collector);
+    add_cost(X_WHand);
+    result.X_WHand.push_back(X_WHand);
+  }
+  if (problem.program.home && !steps.empty()) add_cost(problem.robot.X_WHand);
+  std::stable_sort(result.findings.begin(), result.findings.end(),
+                   [](const CheckFinding& a, const CheckFinding& b) { return a.amount > b.amount; });
+  return result;
+}
+
+}  // namespace tether::planning

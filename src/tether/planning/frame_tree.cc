@@ -1,0 +1,84 @@
+#include "tether/planning/frame_tree.h"
+
+#include <cassert>
+
+#include "tether/constraints/context.h"
+
+namespace tether::planning {
+
+FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand) {
+  const auto add = [&](const std::string& name) {
+    index_.emplace(name, static_cast<int>(names_.size()));
+    names_.push_back(name);
+  };
+  add(scene::kWorld);
+  for (const scene::Object& object : scene.objects) add(object.name);
+  for (const scene::Region& region : scene.regions) add(region.name);
+  for (const scene::Robot& robot : scene.robots) add(robot.name);
+  add(constraints::kHand);
+
+  std::vector<Node> start(names_.size());
+  const auto hang = [&](const std::string& name, const std::string& parent, const math::Pose& X) {
+    start[static_cast<size_t>(IndexOf(name))] = {IndexOf(parent), {-1, X}};
+  };
+  for (const scene::Object& object : scene.objects) hang(object.name, object.parent, object.X_ParentObject);
+  for (const scene::Region& region : scene.regions) hang(region.name, region.parent, region.X_ParentRegion);
+  for (const scene::Robot& robot : scene.robots) hang(robot.name, robot.parent, robot.X_ParentBase);
+  hang(constraints::kHand, scene::kWorld, X_WHand);
+  states_.push_back(std::move(start));
+}
+
+bool FrameTree::AddStep(const std::string& control, const std::string& target) {
+  if (HangsOn(target, control, num_steps() - 1)) return false;
+  std::vector<Node> next = states_.back();
+  next[static_cast<size_t>(IndexOf(control))] = {IndexOf(target), {num_steps(), math::Pose()}};
+  states_.push_back(std::move(next));
+  return true;
+}
+
+std::string FrameTree::ParentAt(const std::string& frame, int step) const {
+  const Node& node = states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))];
+  return node.parent < 0 ? std::string() : names_[static_cast<size_t>(node.parent)];
+}
+
+int FrameTree::LastMoved(const std::string& frame, int step) const {
+  return states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))].link.variable;
+}
+
+bool FrameTree::HangsOn(const std::string& frame, const std::string& ancestor, int step) const {
+  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
+  const int wanted = IndexOf(ancestor);
+  for (int i = IndexOf(frame); i >= 0; i = nodes[static_cast<size_t>(i)].parent) {
+    if (i == wanted) return true;
+  }
+  return false;
+}
+
+Chain FrameTree::ChainTo(const std::string& frame, int step) const {
+  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
+  Chain upward;
+  for (int i = IndexOf(frame); i > 0; i = nodes[static_cast<size_t>(i)].parent) {
+    upward.push_back(nodes[static_cast<size_t>(i)].link);
+  }
+  Chain chain;
+  for (auto link = upward.rbegin(); link != upward.rend(); ++link) {
+    if (link->variable < 0 && !chain.empty() && chain.back().variable < 0) {
+      chain.back().X = chain.back().X * link->X;
+    } else {
+      chain.push_back(*link);
+    }
+  }
+  return chain;
+}
+
+math::Pose FrameTree::PoseAt(const std::string& frame, int step,
+                             const std::vector<math::Pose>& variables) const {
+  math::Pose X_WF;
+  for (const ChainLink& link : ChainTo(frame, step)) {
+    assert(link.variable < static_cast<int>(variables.size()));
+    X_WF = X_WF * (link.variable < 0 ? link.X : variables[static_cast<size_t>(link.variable)]);
+  }
+  return X_WF;
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <deque>
+#include <future>
+#include <optional>
+
+#include "tether/common/log.h"
+#include "tether/planning/checker.h"
+#include "tether/planning/program_builder.h"
+#include "tether/planning/variants.h"
+#include "tether/task/skeleton.h"
+
+namespace tether::planning {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double Seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
+
+/// The time and stop limits that all parts of one planning run share.
+class Limits {
+ public:
+  explicit Limits(const SearchOptions& options) : options_(options), begin_(Clock::now()) {}
+
+  bool Stopped() const { return options_.stop != nullptr && options_.stop->load(); }
+  double Remaining() const {
+    return options_.time_limit_s > 0 ? options_.time_limit_s - Seconds(begin_) : 1e9;
+  }
+  bool Over() const { return Stopped() || Remaining() <= 0; }
+  double Elapsed() const { return Seconds(begin_); }
+
+ private:
+  const SearchOptions& options_;
+  Clock::time_point begin_;
+};
+
+std::vector<std::string> ActionNames(const symbolic::Task& task, const task::Skeleton& skeleton) {
+  std::vector<std::string> names;
+  for (int action : skeleton.actions) names.push_back(task.actions()[static_cast<size_t>(action)].name);
+  return names;
+}
+
+Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
+              const std::vector<BoundStep>& steps, const nlp::Point& x) {
+  Plan plan;
+  plan.scenario = problem.title;
+  plan.robot = problem.robot.name;
+  plan.actions = actions;
+  for (size_t t = 0; t < steps.size(); ++t) {
+    const BoundStep& step = steps[t];
+    plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, x.poses[t],
+                          step.schema.execute});
+  }
+  return plan;
+}
+
+/// Optimises one candidate: its variants in the order of their scores, each from its own start and then from
+/// a few others, until the checker accepts one.
+CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
+                                  const Limits& limits) {
+  const Problem& problem = facts.problem();
+  const ProgramOptions& options = problem.program;
+  const auto begin = Clock::now();
+  const std::vector<BoundStep> steps = BindSkeleton(problem, actions);
+  const Random random = Random(problem.search.seed).Split("candidate " + std::to_string(index));
+  const auto solver = nlp::MakeSolver(options.backend);
+
+  CandidateReport report;
+  report.plan.actions = actions;
+  report.plan.scenario = problem.title;
+  report.plan.robot = problem.robot.name;
+  std::optional<double> least_violation;
+  std::vector<std::string> refutations;
+  bool all_refuted = true;
+  VariantQueue variants(options.max_variants);
+  while (const auto variant = variants.Next()) {
+    for (int start = 0; start <= options.restarts; ++start) {
+      if (limits.Over()) break;
+      const KeyPoseProgram key_poses = BuildProgram(facts, steps, *variant, start == 0 ? 0 : 0.5,
+                                                    random.Split("start " + std::to_string(start)));
+      if (start == 0) variants.Expand(*variant, key_poses.choices);
+      if (!key_poses.refutations.empty()) {
+        refutations.insert(refutations.end(), key_poses.refutations.begin(), key_poses.refutations.end());
+        break;
+      }
+      all_refuted = false;
+      nlp::Options solver_options = options.solver;
+      solver_options.stop = problem.search.stop;
+      solver_options.time_limit_s = std::min(solver_options.time_limit_s, limits.Remaining());
+      const nlp::Result result = solver->Solve(key_poses.program, key_poses.guess, solver_options);
+      LogDebug("candidate " + std::to_string(index) + " start " + std::to_string(start) + ": " +
+               result.Summary());
+      report.evaluations += result.evaluations;
+      if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) continue;
+      Plan plan = MakePlan(problem, actions, steps, result.x);
+      const CheckResult check = CheckPlan(problem, plan);
+      const double violation = check.max_violation_m + check.max_violation_rad;
+      if (!least_violation || violation < *least_violation) {
+        least_violation = violation;
+        plan.cost = check.cost;
+        report.plan = std::move(plan);
+        report.max_violation_m = check.max_violation_m;
+        report.max_violation_rad = check.max_violation_rad;
+        report.reason = check.Worst();
+        report.trace = result.trace;
+      }
+      if (check.Feasible(options)) {
+        report.status = CandidateStatus::kFeasible;
+        report.reason.clear();
+        report.optimize_s = Seconds(begin);
+        return report;
+      }
+    }
+    if (limits.Over()) break;
+  }
+  report.status = all_refuted && !refutations.empty() && variants.exhausted() ? CandidateStatus::kInfeasible
+                                                                              : CandidateStatus::kGaveUp;
+  if (all_refuted && !refutations.empty()) report.reason = refutations.front();
+  if (report.reason.empty()) {
+    report.reason = limits.Stopped() ? "interrupted"
+                                     : (limits.Over() ? "the time limit was reached" : "no start converged");
+  }
+  report.optimize_s = Seconds(begin);
+  return report;
+}
+
+task::SearchOutcome NextSkeleton(task::SkeletonSearch& search, const Limits& limits) {
+  // In short turns, so that an interruption is noticed.
+  for (;;) {
+    task::SearchLimits turn;
+    turn.deadline = Clock::now() + std::chrono::milliseconds(100);
+    task::SearchOutcome outcome = search.Next(turn);
+    if (outcome.status != task::SearchStatus::kTimeLimit) return outcome;
+    if (limits.Stopped()) return {task::SearchStatus::kInterrupted, {}};
+    if (limits.Over()) return outcome;
+  }
+}
+
+}  // namespace
+
+PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
+                    const CandidateCallback& on_candidate) {
+  const Limits limits(problem.search);
+  const SceneFacts facts(problem);
+  PlanReport report;
+  // The search holds the task by shared pointer; it does not outlive this call.
+  task::SkeletonSearch search(std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
+                              {problem.search.max_actions});
+  std::deque<std::future<CandidateReport>> running;
+  bool searching = true;
+  task::SearchStatus ended = task::SearchStatus::kFound;
+  int found = 0, feasible = 0;
+  const auto enough = [&] { return problem.search.max_plans > 0 && feasible >= problem.search.max_plans; };
+  const size_t window = static_cast<size_t>(std::max(1, problem.search.threads));
+
+  while (!enough()) {
+    while (searching && running.size() < window && !limits.Over()) {
+      const auto begin = Clock::now();
+      const task::SearchOutcome outcome = NextSkeleton(search, limits);
+      report.search_s += Seconds(begin);
+      if (!outcome.found()) {
+        ended = outcome.status;
+        searching = false;
+        break;
+      }
+      const std::vector<std::string> actions = ActionNames(task, *outcome.skeleton);
+      running.push_back(std::async(window > 1 ? std::launch::async : std::launch::deferred,
+                                   [&facts, &limits, actions, index = found++] {
+                                     return OptimizeCandidate(facts, actions, index, limits);
+                                   }));
+    }
+    if (running.empty()) break;
+    CandidateReport candidate = running.front().get();
+    running.pop_front();
+    feasible += candidate.feasible() ? 1 : 0;
+    if (on_candidate) on_candidate(candidate);
+    report.candidates.push_back(std::move(candidate));
+    if (limits.Over()) searching = false;
+  }
+  // Candidates that were begun beyond the last one wanted are waited for and dropped: any number of threads
+  // gives the same report.
+  for (auto& rest : running) rest.wait();
+
+  report.expanded = static_cast<int>(search.expanded());
+  report.generated = static_cast<int>(search.generated());
+  for (const CandidateReport& candidate : report.candidates) report.optimize_s += candidate.optimize_s;
+  report.total_s = limits.Elapsed();
+  const bool all_seen = ended == task::SearchStatus::kExhausted;
+  report.complete = !limits.Over() && !enough() && (all_seen || ended == task::SearchStatus::kDepthLimit);
+  const bool all_proved =
+      std::all_of(report.candidates.begin(), report.candidates.end(),
+                  [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+  if (feasible > 0) {
+    report.status = PlanStatus::kSolved;
+  } else if (limits.Stopped()) {
+    report.status = PlanStatus::kInterrupted;
+  } else if (all_seen && all_proved) {
+    report.status = PlanStatus::kImpossible;
+    report.message = report.candidates.empty() ? "no sequence of actions reaches the goal"
+                                               : "every sequence of actions is geometrically impossible: " +
+                                                     report.candidates.front().reason;
+  } else {
+    report.status = PlanStatus::kGaveUp;
+    if (ended == task::SearchStatus::kDepthLimit && report.candidates.empty()) {
+      report.message = "no sequence of up to " + std::to_string(problem.search.max_actions) +
+                       " actions reaches the goal; longer ones may (max_actions)";
+    } else if (limits.Over()) {
+      report.message = "the time limit was reached";
+    } else if (!report.candidates.empty()) {
+      report.message = "no candidate has feasible key poses: " + report.candidates.front().reason;
+    } else {
+      report.message = std::string(task::Describe(ended));
+    }
+  }
+  if (limits.Stopped()) report.status = PlanStatus::kInterrupted;
+  return report;
+}
+
+}  // namespace tether::planning

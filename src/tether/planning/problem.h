@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tether/nlp/solver.h"
+#include "tether/planning/action.h"
+#include "tether/planning/report.h"
+#include "tether/robot/model.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/task.h"
+
+namespace tether::planning {
+
+/// The arm that acts.
+struct ActingRobot {
+  std::string name;
+  std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
+  math::Pose X_WBase;
+  math::Pose X_WHand;  ///< Where the hand is at the start.
+};
+
+/// How much each part of the objective weighs. Paper A, eq. (4).
+struct Weights {
+  double translation = 0.5;  ///< α, 1/m²
+  double rotation = 1.5;     ///< β, 1/rad²
+};
+
+/// How key poses are optimised.
+struct ProgramOptions {
+  Weights weights;
+  bool home = true;                 ///< The hand returns to its start at the end.
+  double hand_clearance = 0.002;    ///< Between the open hand and everything else, m.
+  double object_clearance = 0.005;  ///< Between carried objects and everything else, m.
+  double feasible_m = 1e-3;         ///< What the checker lets pass, m …
+  double feasible_rad = 5e-3;       ///< … and rad.
+  nlp::Backend backend = nlp::Backend::kIpopt;
+  nlp::Options solver;
+  int max_variants = 12;  ///< Discrete ways (grasps, contacts) tried per candidate.
+  int restarts = 2;       ///< Random starts for a way whose first start fails.
+};
+
+/// Limits of the search for candidates.
+struct SearchOptions {
+  int max_actions = 0;      ///< 0: no limit.
+  int max_plans = 0;        ///< Stop after so many feasible plans; 0: optimise every candidate.
+  double time_limit_s = 0;  ///< Wall clock; 0: no limit.
+  int threads = 1;
+  uint64_t seed = 1;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Everything that planning works from. Immutable while planning.
+struct Problem {
+  std::string title;
+  scene::Scene scene;
+  std::vector<ActionSchema> actions;
+  std::vector<ConstraintSpec> constraints;  ///< Hold at every step.
+  ActingRobot robot;
+  ProgramOptions program;
+  SearchOptions search;
+};
+
+/// Called once per candidate, in order, as soon as it has been dealt with.
+using CandidateCallback = std::function<void(const CandidateReport&)>;
+
+/// Enumerates candidates for `task`, optimises each over its key poses, judges each with the independent
+/// checker. Outcomes are in the report; throws InputError for constraints whose parameters are wrong.
+PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
+                    const CandidateCallback& on_candidate = {});
+
+}  // namespace tether::planning

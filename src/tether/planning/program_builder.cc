@@ -1,0 +1,199 @@
+#include "tether/planning/program_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tether/planning/chain_residual.h"
+
+namespace tether::planning {
+namespace {
+
+using constraints::FrameAt;
+using constraints::kHand;
+using math::Pose;
+using nlp::Role;
+
+struct Exemption {
+  int step;
+  std::string a, b;
+  int part_a;
+};
+
+/// Turns the rows of constraints into residuals of the program.
+class ProgramSink final : public constraints::RowSink {
+ public:
+  ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions)
+      : target_(target), exemptions_(exemptions) {}
+
+  void BeginStep(int step, const std::string& action) {
+    step_ = step;
+    action_ = action;
+  }
+
+  void Add(Role role, const std::string& label, constraints::PoseFunctionPtr function,
+           std::vector<FrameAt> frames) override {
+    std::vector<Chain> chains;
+    for (const FrameAt& frame : frames) chains.push_back(target_.tree.ChainTo(frame.frame, frame.step));
+    auto residual = MakeChainResidual(action_ + ": " + label, step_, std::move(function), std::move(chains));
+    if (residual->blocks().empty()) {
+      RefuteIfViolated(*residual, role);
+      return;
+    }
+    target_.program.Add(std::move(residual), role);
+  }
+  void Exempt(int step, const std::string& a, const std::string& b, int part_a) override {
+    exemptions_.push_back({step, a, b, part_a});
+  }
+  void Refute(const std::string& reason) override {
+    const std::string text = action_ + ": " + reason;
+    auto& all = target_.refutations;
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+  }
+
+ private:
+  /// A row without variables either holds or can't be made to.
+  void RefuteIfViolated(const nlp::Residual& residual, Role role) {
+    if (role == Role::kCost) return;
+    Eigen::VectorXd r(residual.size());
+    residual.Evaluate(nlp::Point(), r, nullptr);
+    const double violation = role == Role::kEquality ? r.cwiseAbs().maxCoeff() : r.maxCoeff();
+    if (violation > 1e-3)
+      Refute(residual.name() + " can't be changed and is off by " + std::to_string(violation));
+  }
+
+  KeyPoseProgram& target_;
+  std::vector<Exemption>& exemptions_;
+  int step_ = 0;
+  std::string action_;
+};
+
+bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::string& a, int part_a,
+              const std::string& b, int part_b) {
+  for (const Exemption& e : exemptions) {
+    if (e.step != step) continue;
+    if (e.a == a && e.b == b && (e.part_a < 0 || e.part_a == part_a)) return true;
+    if (e.a == b && e.b == a && (e.part_a < 0 || e.part_a == part_b)) return true;
+  }
+  return false;
+}
+
+void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                   const std::vector<Exemption>& exemptions, KeyPoseProgram& out, ProgramSink& sink) {
+  const ProgramOptions& options = facts.problem().program;
+  for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
+    const BoundStep& step = steps[static_cast<size_t>(t)];
+    sink.BeginStep(t, step.action);
+    const std::vector<std::string> moved = MovedSolids(facts, out.tree, step.schema.control, t);
+    for (const std::string& a : moved) {
+      for (const std::string& b : facts.solids()) {
+        if (std::find(moved.begin(), moved.end(), b) != moved.end()) continue;
+        const auto& parts_a = facts.ShapeOf(a)->parts;
+        const auto& parts_b = facts.ShapeOf(b)->parts;
+        const double clearance = a == kHand || b == kHand ? options.hand_clearance : options.object_clearance;
+        for (size_t i = 0; i < parts_a.size(); ++i) {
+          for (size_t j = 0; j < parts_b.size(); ++j) {
+            if (IsExempt(exemptions, t, a, static_cast<int>(i), b, static_cast<int>(j))) continue;
+            sink.Add(Role::kInequality, "clearance(" + a + ", " + b + ")",
+                     constraints::MakePartDistance(parts_a[i], parts_b[j], clearance, -1), {{a, t}, {b, t}});
+          }
+        }
+      }
+    }
+  }
+}
+
+void AddReach(const Problem& problem, int num_steps, const std::vector<BoundStep>& steps, ProgramSink& sink) {
+  if (problem.robot.model == nullptr) return;
+  const robot::Reach& reach = problem.robot.model->reach();
+  for (int t = 0; t < num_steps; ++t) {
+    sink.BeginStep(t, steps[static_cast<size_t>(t)].action);
+    const std::vector<FrameAt> frames{{problem.robot.name, t}, {kHand, t}};
+    sink.Add(Role::kInequality, "reach(" + problem.robot.name + ")",
+             constraints::MakePointDistance(reach.centre, reach.wrist_hand, reach.max, 1), frames);
+    sink.Add(Role::kInequality, "reach(" + problem.robot.name + "): not too near",
+             constraints::MakePointDistance(reach.centre, reach.wrist_hand, reach.min, -1), frames);
+  }
+}
+
+/// Paper A, eq. (4), between consecutive key poses of the hand.
+void AddCosts(const Problem& problem, int num_steps, ProgramSink& sink) {
+  const double translation = std::sqrt(problem.program.weights.translation);
+  const double rotation = std::sqrt(problem.program.weights.rotation);
+  const auto add = [&](int step, const std::vector<FrameAt>& frames) {
+    sink.BeginStep(step, "objective");
+    sink.Add(Role::kCost, "travel of the hand", constraints::MakeTravel(translation), frames);
+    sink.Add(Role::kCost, "turn of the hand", constraints::MakeTurn(rotation), frames);
+  };
+  for (int t = 0; t < num_steps; ++t) add(t, {{kHand, t - 1}, {kHand, t}});
+  if (problem.program.home && num_steps > 0) add(num_steps - 1, {{kHand, num_steps - 1}, {kHand, -1}});
+}
+
+Pose Noise(Random& random, double scale) {
+  math::Vector6d delta;
+  for (int i = 0; i < 3; ++i) delta[i] = 0.1 * scale * random.Normal();
+  for (int i = 3; i < 6; ++i) delta[i] = 0.5 * scale * random.Normal();
+  return math::ExpSE3(delta);
+}
+
+}  // namespace
+
+std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
+                                     const std::string& control, int step) {
+  std::vector<std::string> moved;
+  for (const std::string& solid : facts.solids()) {
+    if (solid == kHand || tree.HangsOn(solid, control, step)) moved.push_back(solid);
+  }
+  return moved;
+}
+
+KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                            const Variant& variant, double noise, Random random) {
+  const Problem& problem = facts.problem();
+  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}};
+  std::vector<Exemption> exemptions;
+  ProgramSink sink(out, exemptions);
+
+  const auto choose = [&](const std::string& key, const std::vector<constraints::Option>& options) {
+    for (const ChoicePoint& choice : out.choices) {
+      if (choice.key == key) return choice.chosen;
+    }
+    const auto wanted = variant.find(key);
+    const int chosen =
+        wanted == variant.end() ? 0 : std::min(wanted->second, static_cast<int>(options.size()) - 1);
+    out.choices.push_back({key, options, chosen});
+    return chosen;
+  };
+
+  std::vector<Pose>& poses = out.guess.poses;
+  for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
+    const BoundStep& step = steps[static_cast<size_t>(t)];
+    const std::string& control = step.schema.control;
+    const std::string& target = step.schema.target;
+    sink.BeginStep(t, step.action);
+    const Pose X_TC =
+        math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
+    if (!out.tree.AddStep(control, target)) {
+      sink.Refute(target + " hangs on " + control + " and can't carry it");
+      return out;
+    }
+    out.program.AddPose(step.action + ": " + control + " in " + target);
+    poses.push_back(noise > 0 ? X_TC * Noise(random, noise) : X_TC);
+    const StepContext context(facts, out.tree, poses, t, control, target, choose);
+    for (const BoundConstraint& constraint : step.constraints) {
+      Pose guess = poses.back();
+      if (constraint.kind->guess) constraint.kind->guess(context, constraint.parameters, guess);
+      poses.back() = guess;
+    }
+    for (const BoundConstraint& constraint : step.constraints) {
+      constraint.kind->build(context, constraint.parameters, sink);
+    }
+    for (const auto& [a, b] : step.schema.allow) sink.Exempt(t, a, b, -1);
+  }
+  const int num_steps = static_cast<int>(steps.size());
+  AddReach(problem, num_steps, steps, sink);
+  AddClearances(facts, steps, exemptions, out, sink);
+  AddCosts(problem, num_steps, sink);
+  return out;
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tether/common/random.h"
+#include "tether/nlp/program.h"
+#include "tether/planning/skeleton_binding.h"
+#include "tether/planning/step_context.h"
+
+namespace tether::planning {
+
+/// The program of one candidate in one variant (a way to make its discrete choices).
+struct KeyPoseProgram {
+  FrameTree tree;
+  nlp::Program program;
+  nlp::Point guess;                      ///< One pose per step: of its control frame in its target.
+  std::vector<ChoicePoint> choices;      ///< In the order in which they were met.
+  std::vector<std::string> refutations;  ///< Why no pose can do; empty unless proved impossible.
+};
+
+/// Which way to take at each choice, by its key; the best one where a key is missing.
+using Variant = std::map<std::string, int>;
+
+/// Builds paper A's program (3)–(5) for a bound skeleton: variables are the poses of each step's control
+/// frame in its target; the cost is (4); rows come from the steps' constraints, from every near pair of
+/// solids (17), and from the arm's reach. `noise` ≥ 0 scales a random displacement of the start (1: about 10
+/// cm and 0.5 rad), drawn from `random`.
+KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                            const Variant& variant, double noise, Random random);
+
+/// What moves at a step: the control frame, everything that hangs on it, and the hand.
+std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
+                                     const std::string& control, int step);
+
+}  // namespace tether::planning

@@ -1,0 +1,143 @@
+#include "tether/planning/program_builder.h"
+
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/planning/action_reader.h"
+#include "tether/planning/checker.h"
+#include "tether/planning/test_scene.h"
+#include "tether/planning/variants.h"
+
+namespace tether::planning {
+
+Problem ReachProblem() {
+  Problem problem;
+  problem.title = "reach";
+  problem.scene = ReachScene();
+  problem.actions = ReadActions(std::string(TETHER_SOURCE_DIR) + "/models/actions/manipulation.yaml");
+  problem.robot.name = "panda";
+  problem.robot.model = robot::Model::Load("panda");
+  robot::State state(problem.robot.model);
+  const std::vector<double>& q = problem.scene.robots[0].q;
+  state.Set(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())),
+            Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.size())));
+  problem.robot.X_WHand = state.X_BH();
+  return problem;
+}
+
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::vector<std::string> kToTable{"pick(hook)", "push(hook,box,table)", "place(hook,table)",
+                                        "pick(box)", "place(box,shelf)"};
+
+TEST(ProgramBuilderTest, EveryJacobianAgreesWithNumericDifferentiation) {
+  const Problem problem = ReachProblem();
+  const SceneFacts facts(problem);
+  const auto steps = BindSkeleton(problem, kToTable);
+  ASSERT_EQ(steps.size(), 6u);
+  std::set<std::string> kinds;
+  int checked = 0;
+  for (double noise : {0.05, 0.5, 1.0}) {
+    const KeyPoseProgram key_poses = BuildProgram(facts, steps, {}, noise, Random(5));
+    ASSERT_THAT(key_poses.refutations, ::testing::IsEmpty());
+    nlp::Point x = key_poses.guess;
+    Random random(7);
+    for (math::Pose& pose : x.poses) {
+      math::Vector6d delta;
+      for (int i = 0; i < 6; ++i) delta[i] = 0.05 * random.Normal();
+      pose = pose * math::ExpSE3(delta);
+    }
+    for (const nlp::Term& term : key_poses.program.terms()) {
+      const nlp::Residual& residual = *term.residual;
+      // Ties of the distance have one-sided derivatives: rows near one are skipped, counted below.
+      const double error = nlp::JacobianError(residual, key_poses.program, x, 1e-6);
+      const bool distance = residual.name().find("clearance") != std::string::npos;
+      if (distance && error > 1e-4) continue;
+      EXPECT_LT(error, 1e-6) << residual.name();
+      kinds.insert(residual.name().substr(residual.name().find(": ") + 2, 5));
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 250);
+  EXPECT_GE(kinds.size(), 9u);
+}
+
+TEST(ProgramBuilderTest, APlacedObjectDependsOnNoEarlierStep) {
+  const Problem problem = ReachProblem();
+  const SceneFacts facts(problem);
+  const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, kToTable), {}, 0, Random(1));
+  int rows = 0;
+  for (const nlp::Term& term : key_poses.program.terms()) {
+    if (term.residual->name().find("supported(") == std::string::npos) continue;
+    EXPECT_EQ(term.residual->blocks().size(), 1u) << term.residual->name();
+    ++rows;
+  }
+  EXPECT_EQ(rows, 2);
+}
+
+TEST(ProgramBuilderTest, WhatIsTooWideIsRefutedInWords) {
+  Problem problem = ReachProblem();
+  problem.scene.objects[2].shape = geometry::Shape(geometry::Box{{0.1, 0.1, 0.05}});
+  const SceneFacts facts(problem);
+  const KeyPoseProgram key_poses =
+      BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}), {}, 0, Random(1));
+  ASSERT_EQ(key_poses.refutations.size(), 1u);
+  EXPECT_THAT(key_poses.refutations[0],
+              HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
+}
+
+TEST(ProgramBuilderTest, NothingCanBePlacedOnWhatItCarries) {
+  const Problem problem = ReachProblem();
+  const SceneFacts facts(problem);
+  const KeyPoseProgram key_poses =
+      BuildProgram(facts, BindSkeleton(problem, {"place(box,hook)", "place(hook,box)"}), {}, 0, Random(1));
+  ASSERT_FALSE(key_poses.refutations.empty());
+  EXPECT_THAT(key_poses.refutations.back(), HasSubstr("box hangs on hook"));
+}
+
+TEST(SkeletonBindingTest, MistakesAreNamed) {
+  Problem problem = ReachProblem();
+  EXPECT_THAT([&] { BindSkeleton(problem, {"throw(box)"}); },
+              ::testing::ThrowsMessage<InputError>(HasSubstr("action 'throw' has no geometry")));
+  EXPECT_THAT([&] { BindSkeleton(problem, {"pick(bix)"}); },
+              ::testing::ThrowsMessage<InputError>(HasSubstr("did you mean 'box'?")));
+}
+
+TEST(VariantQueueTest, YieldsEachCombinationOnceInOrderOfScore) {
+  const std::vector<ChoicePoint> base{{"a", {{"", 0}, {"", 1}, {"", 5}}, 0}, {"b", {{"", 0}, {"", 2}}, 0}};
+  VariantQueue queue(100);
+  std::set<Variant> seen;
+  double last = -1;
+  int count = 0;
+  while (const auto variant = queue.Next()) {
+    std::vector<ChoicePoint> choices = base;
+    double score = 0;
+    for (ChoicePoint& choice : choices) {
+      if (const auto it = variant->find(choice.key); it != variant->end()) choice.chosen = it->second;
+      score += choice.options[static_cast<size_t>(choice.chosen)].score;
+    }
+    EXPECT_GE(score, last);
+    last = score;
+    EXPECT_TRUE(seen.insert(*variant).second);
+    queue.Expand(*variant, choices);
+    ++count;
+  }
+  EXPECT_EQ(count, 6);
+  EXPECT_TRUE(queue.exhausted());
+}
+
+TEST(CheckerTest, RejectsAPlanOfOtherActions) {
+  const Problem problem = ReachProblem();
+  Plan plan;
+  plan.actions = {"pick(box)"};
+  EXPECT_THAT(
+      [&] { CheckPlan(problem, plan); },
+      ::testing::ThrowsMessage<InputError>(HasSubstr("the plan has 0 key poses, but its actions have 1")));
+}
+
+}  // namespace
+}  // namespace tether::planning

@@ -1,0 +1,73 @@
+#include "tether/planning/step_context.h"
+
+#include <cmath>
+
+#include "tether/geometry/support.h"
+
+namespace tether::planning {
+namespace {
+
+// An object whose face is within this of level stands on that face, rad.
+constexpr double kNearlyLevel = 0.15;
+// The hand of a planner without a robot: two fingers of common size.
+constexpr double kFingerRadius = 0.01;
+constexpr double kFingerLength = 0.06;
+constexpr double kFingerSpread = 0.1;
+
+Eigen::Vector3d FindDownFace(const geometry::Shape& shape, const math::Pose& X_WO) {
+  const Eigen::Vector3d down = X_WO.R.transpose() * -Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d best = down;
+  double best_angle = kNearlyLevel;
+  for (const geometry::FlatFacet& face : geometry::RestingFaces(shape, geometry::CentreOfMass(shape))) {
+    const double angle = std::acos(std::min(1.0, face.normal.dot(down)));
+    if (angle < best_angle) {
+      best = face.normal;
+      best_angle = angle;
+    }
+  }
+  return best;
+}
+
+geometry::Shape DefaultHand() {
+  std::vector<geometry::Part> parts;
+  for (int side : {-1, 1}) {
+    parts.push_back({geometry::Capsule{kFingerRadius, kFingerLength},
+                     math::Pose(Eigen::Vector3d(0, side * 0.5 * kFingerSpread, -0.5 * kFingerLength))});
+  }
+  return geometry::Shape(parts);
+}
+
+}  // namespace
+
+SceneFacts::SceneFacts(const Problem& problem) : problem_(problem) {
+  const auto& model = problem.robot.model;
+  hand_ = model != nullptr ? model->HandShape(model->gripper().max_opening) : DefaultHand();
+  for (const scene::Object& object : problem.scene.objects) {
+    down_[object.name] = FindDownFace(object.shape, problem.scene.InitialPose(object.name));
+    solids_.push_back(object.name);
+  }
+  solids_.push_back(constraints::kHand);
+}
+
+const geometry::Shape* SceneFacts::ShapeOf(const std::string& frame) const {
+  if (frame == constraints::kHand) return &hand_;
+  const scene::Object* object = problem_.scene.FindObject(frame);
+  return object != nullptr ? &object->shape : nullptr;
+}
+
+StepContext::StepContext(const SceneFacts& facts, const FrameTree& tree, const std::vector<math::Pose>& poses,
+                         int step, std::string control, std::string target, Chooser chooser)
+    : facts_(facts),
+      tree_(tree),
+      poses_(poses),
+      step_(step),
+      control_(std::move(control)),
+      target_(std::move(target)),
+      chooser_(std::move(chooser)) {}
+
+Eigen::Vector3d StepContext::DownFace(const std::string& object) const {
+  // The hand's own down face is its approach direction.
+  return object == constraints::kHand ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : facts_.DownFace(object);
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tether/constraints/context.h"
+#include "tether/planning/frame_tree.h"
+#include "tether/planning/problem.h"
+
+namespace tether::planning {
+
+/// What stays the same over all candidates of a problem: solids by frame name, and the faces that objects
+/// stand on.
+class SceneFacts {
+ public:
+  explicit SceneFacts(const Problem& problem);
+
+  const Problem& problem() const { return problem_; }
+  const geometry::Shape* ShapeOf(const std::string& frame) const;
+  const Eigen::Vector3d& DownFace(const std::string& object) const { return down_.at(object); }
+  /// Names of everything solid, the hand last.
+  const std::vector<std::string>& solids() const { return solids_; }
+
+ private:
+  const Problem& problem_;
+  geometry::Shape hand_;
+  std::map<std::string, Eigen::Vector3d> down_;
+  std::vector<std::string> solids_;
+};
+
+/// A discrete decision of a program, and the ways that were open.
+struct ChoicePoint {
+  std::string key;
+  std::vector<constraints::Option> options;
+  int chosen = 0;
+};
+
+/// The view that a constraint has of one step.
+class StepContext final : public constraints::Context {
+ public:
+  using Chooser = std::function<int(const std::string& key, const std::vector<constraints::Option>& options)>;
+
+  StepContext(const SceneFacts& facts, const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
+              std::string control, std::string target, Chooser chooser);
+
+  int step() const override { return step_; }
+  const std::string& control() const override { return control_; }
+  const std::string& target() const override { return target_; }
+  const scene::Scene& scene() const override { return facts_.problem().scene; }
+  const robot::Model* robot() const override { return facts_.problem().robot.model.get(); }
+  math::Pose X_WBase() const override { return facts_.problem().robot.X_WBase; }
+  const geometry::Shape* ShapeOf(const std::string& frame) const override { return facts_.ShapeOf(frame); }
+  math::Pose PoseAt(const constraints::FrameAt& frame) const override {
+    return tree_.PoseAt(frame.frame, frame.step, poses_);
+  }
+  Eigen::Vector3d DownFace(const std::string& object) const override;
+  int Choose(const std::string& key, const std::vector<constraints::Option>& options) const override {
+    return chooser_(key, options);
+  }
+
+ private:
+  const SceneFacts& facts_;
+  const FrameTree& tree_;
+  const std::vector<math::Pose>& poses_;
+  int step_;
+  std::string control_, target_;
+  Chooser chooser_;
+};
+
+}  // namespace tether::planning
