@@ -1,0 +1,147 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "tether/execution/executive.h"
+#include "tether/execution/frame_tracker.h"
+#include "tether/execution/posture_search.h"
+#include "tether/execution/resolved_plan.h"
+
+namespace tether::execution {
+
+/// An arm that isn't the plan's: it keeps its hand where it was first seen.
+struct Bystander {
+  std::string name;
+  robot::State state;
+  control::OperationalSpaceController controller;
+  control::HandTarget target;
+  bool started = false;
+};
+
+/// The state of the verb that is being executed.
+struct VerbState {
+  double start = 0;
+  bool entered = false;
+  int phase = 0;
+  math::Pose X_TG;       ///< Where the reference goes, hand pose in the target frame.
+  double speed = 0;      ///< Greatest linear speed, m/s.
+  bool transit = false;  ///< What stands in the way is passed above.
+  double least_error = std::numeric_limits<double>::infinity();
+  double progress_time = 0;
+  double quiet_time = 0;  ///< How long a condition has held, s.
+  double last_opening = 0;
+  Eigen::Vector3d approach_T = Eigen::Vector3d::Zero();  ///< Direction of the whole motion, unit.
+  math::Pose X_TC_start;                                 ///< Of a pushed object, as the push began.
+  math::Pose X_TH_start;
+};
+
+enum class Outcome { kRunning, kDone, kAborted };
+
+struct Executive::Impl {
+  Impl(const scene::Scene& scene_in, const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+       planning::Plan plan_in, const ExecutiveOptions& options_in);
+
+  // executive.cc: the tick and its bookkeeping.
+  const robot::Commands& Step(const scene::WorldEstimate& estimate, const robot::Observations& observations);
+  void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
+  void RunVerb();
+  void EnterStep(int index);
+  void FinishStep();
+  void MonitorGrasp();
+  void Command(robot::Command* command);
+  void WatchController();
+  void MoveReference();
+  void AimPosture();
+  void AvoidObstacles(control::HandTarget* target);
+  void Record(EventKind kind, std::string text);
+  void Abort(EventKind kind, const std::string& reason, int resume, bool open);
+
+  // verbs.cc
+  Outcome Run(const planning::ReachVerb& verb);
+  Outcome Run(const planning::ShiftVerb& verb);
+  Outcome Run(const planning::GripperVerb& verb);
+  Outcome Run(const planning::WaitVerb& verb);
+  void EnterReach(const planning::ReachVerb& verb);
+  Outcome ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
+  Outcome MonitorPush(bool finished);
+  math::Pose ToolGoal(const planning::ReachVerb& verb) const;
+  std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
+  bool Stalled(double error);
+  void Hold();
+
+  // Frames.
+  math::Pose X_WF(const AttachedFrame& frame) const;
+  math::Vector6d V_WF(const AttachedFrame& frame) const;
+  math::Pose X_WR() const { return X_WF(frame_) * reference_.X_TR(); }
+  void SwitchFrame(const AttachedFrame& frame);
+  void ResetReferenceToHand();
+  const math::Pose& X_WO(int object) const { return objects_[object].X_WF(); }
+  const ResolvedStep& step() const { return resolved_.steps[step_]; }
+  const planning::PlanStep& plan_step() const { return resolved_.plan.steps[step_]; }
+  const std::vector<planning::Verb>& verbs() const { return recovering_ ? recovery_ : plan_step().execute; }
+  bool IsFreeMotion() const;
+
+  const scene::Scene scene_;
+  const ExecutiveOptions options_;
+  const ResolvedPlan resolved_;
+  const std::string robot_;
+  const std::shared_ptr<const robot::Model> model_;
+  math::Pose X_WB_;
+  const geometry::Shape hand_shape_;
+
+  robot::State state_;
+  control::OperationalSpaceController controller_;
+  PostureSearch posture_search_;
+  ContactDetector contact_;
+  PoseReference reference_;
+  AttachedFrame frame_;  ///< The frame T that the reference lives in.
+  std::vector<FrameTracker> objects_;
+  std::vector<Bystander> bystanders_;
+  std::vector<Bounds> body_bounds_, obstacle_bounds_;
+
+  // What is known at this tick.
+  bool started_ = false;
+  bool trustworthy_ = true;  ///< The observation is finite.
+  double time_ = 0;
+  double estimate_time_ = -std::numeric_limits<double>::infinity();
+  long tick_ = 0;
+  math::Pose X_WH_;
+  math::Vector6d V_WH_;
+  double opening_ = 0;
+  Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();
+  Eigen::VectorXd tau_external_;
+
+  // Where execution stands.
+  ExecutiveStatus status_;
+  int step_ = 0;
+  int verb_ = 0;
+  VerbState now_;
+  bool recovering_ = false;
+  std::vector<planning::Verb> recovery_;
+  int held_ = kNone;
+  double held_since_ = 0;
+  double lost_time_ = 0;
+  math::Pose X_HO_grasp_;
+  math::Pose X_ToolHand_;  ///< The hand in the tool's frame, as it is held now (smoothed).
+  bool turned_ = false;    ///< The hand takes the plan's orientation turned by half a turn.
+  robot::GripperCommand gripper_;
+  Eigen::VectorXd posture_, posture_goal_;
+  Eigen::Vector3d obstacle_direction_B_ = Eigen::Vector3d::Zero();
+  double obstacle_weight_ = 0;
+
+  std::map<int, int> retries_;  ///< By action index.
+  int retry_count_ = 0;
+  bool estimate_bad_ = false;
+  bool limit_reported_ = false;
+  bool fault_reported_ = false;
+  std::vector<Event> events_;
+  std::vector<StepRecord> records_;
+  robot::Commands commands_;
+};
+
+/// "12.3 mm".
+std::string Millimetres(double metres);
+
+}  // namespace tether::execution

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/shape.h"
+#include "tether/math/pose.h"
+
+namespace tether::execution {
+
+/// An axis-aligned box.
+struct Bounds {
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero();
+  Eigen::Vector3d upper = Eigen::Vector3d::Zero();
+};
+
+/// The tightest axis-aligned box, in the frame F, about a primitive at X_FP.
+Bounds BoundsOf(const geometry::Primitive& primitive, const math::Pose& X_FP);
+
+/// The box about both.
+Bounds Union(const Bounds& a, const Bounds& b);
+
+/// How far a free motion stays from what it passes, m.
+struct TransitMargins {
+  double side = 0.025;   ///< Things nearer than this beside the way count as in the way.
+  double above = 0.025;  ///< The way leads this much above them.
+};
+
+/// Whether a straight way is free, and the height that would be.
+struct Passage {
+  bool blocked = false;
+  double height = 0;  ///< z of the body's origin at which everything in the way is cleared, m; if blocked.
+};
+
+/// Checks the straight motion of a body's origin from `p_from` to `p_to` (world, z up) against things
+/// standing around. `body`: boxes of its parts relative to its origin. Things that the body passes beneath
+/// are not in the way, nor are those that could be cleared only above `ceiling` (m).
+Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_from,
+                     const Eigen::Vector3d& p_to, const std::vector<Bounds>& obstacles,
+                     const TransitMargins& margins, double ceiling);
+
+/// Where a free motion should head now. Between key poses a plan says nothing, so what stands in the way is
+/// passed above: straight up to the safe height, across, and straight down onto the goal.
+math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const math::Pose& X_WG);
+
+}  // namespace tether::execution
