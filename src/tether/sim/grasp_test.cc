@@ -1,5 +1,4 @@
 #include <cmath>
-#include <iostream>
 
 #include <gtest/gtest.h>
 
@@ -45,8 +44,6 @@ TEST(GraspTest, FrictionHoldsABox) {
   EXPECT_LT((seen.tau_external - payload).norm(), 0.05) << seen.tau_external.transpose();
   servo.Wait(5);
   const Slip slip = SlipSince(X_HO, servo.X_BH(), world.Truth().X_WO.at("box"));
-  std::cout << "slip " << slip.distance << " " << slip.angle << " hand " << servo.X_BH().p.transpose()
-            << "\n";
   EXPECT_NEAR(world.Truth().X_WO.at("box").p.z(), 0.125, 3e-3);
   EXPECT_LT(slip.distance, 0.002);
   EXPECT_LT(slip.angle, 0.02);
@@ -77,8 +74,6 @@ TEST(GraspTest, FrictionHoldsARodNearItsEnd) {
   // Where the hand holds it, the rod stays; it turns about the pads by no more than a degree or two.
   const Eigen::Vector3d held_before = X_HO.Inverse().p;
   const Eigen::Vector3d held_after = X_HO_end.Inverse().p;
-  std::cout << "slip " << slip.distance << " " << slip.angle << " held " << (held_after - held_before).norm()
-            << "\n";
   EXPECT_LT((held_after - held_before).norm(), 0.002);
   EXPECT_LT(slip.angle, 0.035);
 }

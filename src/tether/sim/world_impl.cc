@@ -11,6 +11,7 @@
 #include "tether/common/error.h"
 #include "tether/common/log.h"
 #include "tether/robot/mujoco_setup.h"
+#include "tether/sim/box_collision.h"
 #include "tether/sim/composer.h"
 
 namespace tether::sim {
@@ -73,6 +74,7 @@ World::Impl::Impl(const scene::Scene& scene_in,
                   const WorldOptions& options_in)
     : scene(scene_in), models(models_in), options(options_in) {
   robot::PrepareMujoco();
+  GuardBoxCollision();
   if (!std::isfinite(options.timestep) || options.timestep <= 0) {
     throw InputError("the physics step is " + std::to_string(options.timestep) + " s",
                      "a step above zero is accepted; 0.001 or 0.002 work well");
