@@ -13,7 +13,7 @@ constexpr const char* kPreface =
 
 What an action's step (see [action_format.md](action_format.md)) and a scenario's `constraints` may ask for, written
 `- kind: {parameters}`. Frames are objects, regions, `hand`, `world` or, within an action, its parameters. A parameter
-without a default is required. This page is made from the registry in `src/tether/constraints`; when that changes, run
+without a default is required. Sources are explained in [papers.md](papers.md). This page is made from the registry in `src/tether/constraints`; when that changes, run
 the tests with `TETHER_UPDATE_DOCS=1` to write it again.
 
 )";
