@@ -22,7 +22,7 @@ std::vector<std::string> NamesOf(const std::vector<Named>& list) {
   return names;
 }
 
-/// Index of the item called `name` without regard to case; the last one if `from_end`. -1 if there is none.
+/// Index of the item called `name` without regard to case, -1 if there is none.
 template <typename Named>
 int FindNamed(const std::vector<Named>& list, std::string_view name) {
   const std::string lower = LowerCase(name);

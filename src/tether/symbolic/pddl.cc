@@ -125,7 +125,7 @@ void CheckRequirements(const Expression& section, std::vector<std::string>& requ
   }
 }
 
-/// Reports names that were declared before, among `earlier` and in the list itself, and drops the later ones.
+/// Reports names that stand in the list twice, and drops the later ones.
 template <typename Named>
 void DropTwins(std::vector<Named>& list, const std::string& what, Diagnostics& diagnostics) {
   std::map<std::string, Location> seen;

@@ -10,8 +10,7 @@
 
 namespace tether::symbolic {
 
-/// Names keep the spelling of their declaration and are found without regard to case, as PDDL has it.
-
+/// A type. Here and below, names keep the spelling of their declaration and are found without regard to case.
 struct Type {
   std::string name;
   int parent = -1;  ///< Index of the type above; -1 for `object`, which is type 0.
