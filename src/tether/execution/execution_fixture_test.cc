@@ -46,8 +46,8 @@ scene::Object MakeObject(const std::string& name, const geometry::Shape& shape, 
 
 scene::Scene TableScene() {
   scene::Scene scene;
-  scene.objects.push_back(
-      MakeFixed("table", geometry::Primitive(geometry::Box{{2.0, 1.4, 0.5}}), Pose(Eigen::Vector3d(0.5, 0, -0.25))));
+  scene.objects.push_back(MakeFixed("table", geometry::Primitive(geometry::Box{{2.0, 1.4, 0.5}}),
+                                    Pose(Eigen::Vector3d(0.5, 0, -0.25))));
   scene::Robot robot;
   robot.name = "panda";
   robot.model = "panda";

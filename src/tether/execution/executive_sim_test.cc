@@ -40,10 +40,103 @@ void ExpectAt(const RunResult& run, const std::string& object, const Eigen::Vect
 }
 
 TEST(ExecutiveSim, PicksAndPlaces) {
-  const RunResult run = RunPlan(OneBox(), PickAndPlace());
+  Random random(11);
+  for (int seed = 0; seed < 10; ++seed) {
+    scene::Scene scene = OneBox();
+    Perturb(&scene, &random);
+    const RunResult run = RunPlan(scene, PickAndPlace());
+    EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+    EXPECT_EQ(run.retries, 0) << run.Log();
+    ExpectAt(run, "box", {0.45, -0.2, 0.025}, 0.004);
+  }
+}
+
+// Paper A's claim: the plan stays valid while objects move.
+TEST(ExecutiveSim, FollowsABoxThatMovesDuringTheApproach) {
+  bool moved = false;
+  const auto disturb = [&](sim::World& world, const Executive&) {
+    if (moved || world.time() < 0.8) return;
+    moved = true;
+    Pose X_WO = world.Truth().X_WO.at("box");
+    X_WO.p.y() += 0.10;
+    world.MoveObject("box", X_WO, 1.0);
+  };
+  const RunResult run = RunPlan(OneBox(), PickAndPlace(), disturb);
   EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
-  ExpectAt(run, "box", {0.45, -0.2, 0.025});
-  std::cout << run.Log();
+  EXPECT_EQ(run.retries, 0) << run.Log();
+  ExpectAt(run, "box", {0.45, -0.2, 0.025}, 0.004);
+}
+
+TEST(ExecutiveSim, FollowsATargetThatMovesDuringThePlace) {
+  scene::Scene scene = OneBox();
+  scene.objects.push_back(MakeFixed("shelf", geometry::Primitive(geometry::Box{{0.2, 0.2, 0.1}}),
+                                    Pose(Eigen::Vector3d(0.4, -0.3, 0.05))));
+  const planning::Plan plan = PlanBuilder()
+                                  .Pick("box", TopGrasp({0, 0, 0}))
+                                  .Place("box", "shelf", Pose(Eigen::Vector3d(0.03, 0.02, 0.075)))
+                                  .Build();
+  bool moved = false;
+  const auto disturb = [&](sim::World& world, const Executive& executive) {
+    if (moved || executive.step() < 1) return;
+    moved = true;
+    Pose X_WO = world.Truth().X_WO.at("shelf");
+    X_WO.p.x() += 0.05;
+    world.MoveObject("shelf", X_WO, 2.0);
+  };
+  const RunResult run = RunPlan(scene, plan, disturb);
+  EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+  ExpectAt(run, "box", {0.48, -0.28, 0.125}, 0.005);
+}
+
+TEST(ExecutiveSim, StacksAndPassesAboveWhatStandsInTheWay) {
+  Random random(12);
+  for (int seed = 0; seed < 3; ++seed) {
+    scene::Scene scene = OneBox();
+    scene.objects.push_back(MakeObject("base", kCube, Pose(Eigen::Vector3d(0.5, -0.15, 0.025))));
+    scene.objects.push_back(MakeObject("tower", geometry::Primitive(geometry::Box{{0.05, 0.05, 0.25}}),
+                                       Pose(Eigen::Vector3d(0.5, 0.0, 0.125))));
+    Perturb(&scene, &random);
+    const Pose X_WTower = scene.InitialPose("tower");
+    const Pose X_WBase = scene.InitialPose("base");
+    const planning::Plan plan = PlanBuilder()
+                                    .Pick("box", TopGrasp({0, 0, 0}))
+                                    .Place("box", "base", Pose(Eigen::Vector3d(0, 0, 0.05)))
+                                    .Home(TopGrasp({0.375, 0, 0.3}))
+                                    .Build();
+    const RunResult run = RunPlan(scene, plan);
+    EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+    EXPECT_EQ(run.retries, 0) << run.Log();
+    ExpectAt(run, "box", X_WBase * Eigen::Vector3d(0, 0, 0.05), 0.005);
+    ExpectAt(run, "tower", X_WTower.p, 0.001);
+  }
+}
+
+// The whole of Workspace Reach, with the numbers that worked by hand: pull the box nearer with the hook, put
+// the hook back, and put the box on the shelf.
+TEST(ExecutiveSim, PullsTheBoxNearWithAHook) {
+  Random random(13);
+  for (int seed = 0; seed < 3; ++seed) {
+    scene::Scene scene = TableScene();
+    scene.objects.push_back(MakeFixed("shelf", geometry::Primitive(geometry::Box{{0.3, 0.3, 0.1}}),
+                                      Pose(Eigen::Vector3d(0.35, -0.35, 0.05))));
+    scene.objects.push_back(MakeObject("box", kCube, Pose(Eigen::Vector3d(0.9, 0, 0.025))));
+    scene.objects.push_back(MakeObject("hook", HookShape(), Pose(Eigen::Vector3d(0.9, 0.3, 0.01))));
+    if (seed > 0) Perturb(&scene, &random);
+    Pose X_BoxHook(Eigen::Vector3d(0, 0, -0.015));
+    X_BoxHook.p.x() = 0.025 + 0.01 - 0.035;
+    const planning::Plan plan = PlanBuilder()
+                                    .Pick("hook", TopGrasp({-0.185, 0.05, 0.0045}))
+                                    .Push("hook", "box", "table", X_BoxHook, OnTable(0.68, 0, 0.025))
+                                    .Place("hook", "table", OnTable(0.85, 0.3, 0.01))
+                                    .Pick("box", TopGrasp({0, 0, 0}))
+                                    .Place("box", "shelf", Pose(Eigen::Vector3d(0, 0, 0.075)))
+                                    .Home(TopGrasp({0.375, 0, 0.276}))
+                                    .Build();
+    const RunResult run = RunPlan(scene, plan);
+    EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+    ExpectAt(run, "box", {0.35, -0.35, 0.125});
+    std::cout << run.Log() << run.truth.X_WO.at("hook").p.transpose() << std::endl;
+  }
 }
 
 }  // namespace
