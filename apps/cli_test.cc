@@ -1,0 +1,154 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/common/value.h"
+
+namespace tether {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::string kSource = TETHER_SOURCE_DIR;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+/// Runs the program with these arguments, as a user would.
+Outcome Tether(const std::string& arguments, const std::string& prefix = "") {
+  const std::string err_file = ::testing::TempDir() + "tether_cli_stderr_" + std::to_string(getpid());
+  const std::string line = prefix + " '" + TETHER_BINARY + "' " + arguments + " 2>'" + err_file + "'";
+  Outcome outcome;
+  std::FILE* pipe = popen(line.c_str(), "r");
+  char buffer[4096];
+  for (size_t count; (count = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+    outcome.out.append(buffer, count);
+  const int status = pclose(pipe);
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  outcome.err = ReadFile(err_file);
+  std::filesystem::remove(err_file);
+  return outcome;
+}
+
+std::string Scenario(const std::string& name) { return "'" + kSource + "/scenarios/" + name + ".yaml'"; }
+
+TEST(CliTest, HelpHasExamplesForEveryCommand) {
+  for (const std::string command : {"", "plan", "run", "check", "bench"}) {
+    const Outcome outcome = Tether(command + " --help");
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_THAT(outcome.out, HasSubstr("Examples:")) << command;
+  }
+}
+
+TEST(CliTest, VersionIsSaid) {
+  const Outcome outcome = Tether("--version");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, ::testing::StartsWith("tether "));
+}
+
+TEST(CliTest, WrongUseIsExitCode2) {
+  for (const std::string arguments :
+       {"", "plna", "plan", "plan x --frobnicate", "plan x --seed abc", "bench nothing"}) {
+    const Outcome outcome = Tether(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_FALSE(outcome.err.empty()) << arguments;
+  }
+  EXPECT_THAT(Tether("bench tabel1").err, HasSubstr("unknown benchmark 'tabel1' (did you mean 'table1'?"));
+}
+
+TEST(CliTest, BadInputIsExitCode2WithOneLinePerMistake) {
+  const Outcome missing = Tether("plan no_such.yaml --json -");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_EQ(missing.out, "");
+  EXPECT_THAT(missing.err, HasSubstr("no_such.yaml: cannot read this file"));
+
+  const std::string file = ::testing::TempDir() + "tether_cli_bad.yaml";
+  WriteFile(file, "format: tether.scenario/1\ntitel: x\nobjects: {a: {shape: {bx: [1, 1, 1]}}}\n");
+  for (const std::string command : {"plan", "run", "check"}) {
+    const Outcome bad = Tether(command + " '" + file + "'");
+    EXPECT_EQ(bad.exit_code, 2) << command;
+    EXPECT_THAT(bad.err, HasSubstr("tether_cli_bad.yaml:2:1: unknown key 'titel'"));
+    EXPECT_THAT(bad.err, HasSubstr("tether_cli_bad.yaml:3:24: unknown shape 'bx'"));
+  }
+  EXPECT_THAT(Tether("plan " + Scenario("stacking") + " --solver ipotp").err, HasSubstr("ipotp"));
+  EXPECT_EQ(Tether("plan " + Scenario("stacking") + " --threads -1").exit_code, 2);
+}
+
+TEST(CliTest, TemporalGoalsAreSaidToBeUnsupported) {
+  const std::string file = ::testing::TempDir() + "tether_cli_ltl.yaml";
+  WriteFile(file,
+            "format: tether.scenario/1\nobjects: {a: {shape: {sphere: 1}}}\ntask: {goal: {ltl: F(x)}}\n");
+  const Outcome outcome = Tether("plan '" + file + "'");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("tether_cli_ltl.yaml:3:"));
+  EXPECT_THAT(outcome.err, HasSubstr("temporal goals are not supported yet"));
+}
+
+TEST(CliTest, ShippedFilesAreInOrder) {
+  const Outcome outcome =
+      Tether("check '" + kSource + "/models/actions/manipulation.yaml' " + Scenario("hanoi") + " " +
+             Scenario("workspace_reach") + " " + Scenario("stacking") + " " + Scenario("tool_use"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, Not(HasSubstr("\x1b"))) << "colours belong on terminals only";
+}
+
+TEST(CliTest, ADepthLimitIsGivingUp) {
+  const Outcome outcome = Tether("plan " + Scenario("workspace_reach") + " --max-actions 2 --json -");
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+  const Value report = ParseYaml(outcome.out, "stdout");
+  EXPECT_EQ(report.Find("status")->AsText(), "gave_up");
+  EXPECT_TRUE(report.Find("plans")->items().empty());
+}
+
+TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
+  const std::string plan = ::testing::TempDir() + "tether_cli_plan.json";
+  const Outcome outcome =
+      Tether("plan " + Scenario("stacking") + " --max-plans 1 --json - --output '" + plan + "'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("actions"));
+  const Value report = ParseYaml(outcome.out, "stdout");
+  EXPECT_EQ(report.members()[0].key, "format");
+  EXPECT_EQ(report.members()[1].key, "tether");
+  EXPECT_EQ(report.members()[2].key, "seed");
+  EXPECT_EQ(report.Find("status")->AsText(), "solved");
+  const Value& best = report.Find("plans")->items().at(0);
+  for (const char* key : {"status", "feasible", "actions", "cost", "max_violation_m", "max_violation_rad",
+                          "optimize_s", "evaluations", "steps"}) {
+    EXPECT_NE(best.Find(key), nullptr) << key;
+  }
+  EXPECT_LE(best.Find("max_violation_m")->number(), 1e-3);
+  EXPECT_LE(best.Find("max_violation_rad")->number(), 5e-3);
+  for (const char* key : {"action", "control", "target", "position", "quaternion_wxyz"}) {
+    EXPECT_NE(best.Find("steps")->items().at(0).Find(key), nullptr) << key;
+  }
+  for (const char* key : {"parse_s", "search_s", "optimize_s", "total_s"}) {
+    EXPECT_NE(report.Find("timing")->Find(key), nullptr) << key;
+  }
+  EXPECT_NE(report.Find("search")->Find("expanded"), nullptr);
+
+  const Outcome check = Tether("check '" + plan + "'");
+  EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
+  const Outcome other = Tether("run " + Scenario("hanoi") + " --plan '" + plan + "'");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("the plan was made for another scenario"));
+}
+
+TEST(CliTest, AnInterruptedPlanIsExitCode130) {
+  const Outcome outcome =
+      Tether("plan " + Scenario("hanoi") + " --json -", "timeout --preserve-status -s INT 0.4");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_EQ(ParseYaml(outcome.out, "stdout").Find("status")->AsText(), "interrupted");
+}
+
+}  // namespace
+}  // namespace tether

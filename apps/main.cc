@@ -1,0 +1,177 @@
+// The program: parses the command line, and leaves the work to tether/experiment/commands.h.
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+#include "tether/common/error.h"
+#include "tether/common/log.h"
+#include "tether/experiment/commands.h"
+#include "tether/experiment/version.h"
+
+namespace {
+
+using namespace tether::experiment;
+
+std::atomic<bool> stop_requested{false};
+
+extern "C" void RequestStop(int signal) {
+  stop_requested.store(true);
+  std::signal(signal, SIG_DFL);  // a second one ends the program at once
+}
+
+void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
+  command.add_option("--solver", overrides.solver, "Nonlinear solver: ipopt or nlopt")->type_name("NAME");
+  command.add_option("--max-actions", overrides.max_actions, "Longest action sequence tried")->type_name("N");
+  command.add_option("--threads", overrides.threads, "Candidates optimised at once; 0: all processors")
+      ->type_name("N");
+  command
+      .add_option("--time-limit", overrides.time_limit_s, "Planning stops after so many seconds; 0: no limit")
+      ->type_name("S");
+}
+
+void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("plan", "Find and optimise plans for a scenario, best first");
+  command->add_option("scenario", arguments.scenario, "Scenario file")->required()->type_name("SCENARIO");
+  AddPlanningOptions(*command, arguments.overrides);
+  command
+      ->add_option("--max-plans", arguments.overrides.max_plans, "Stop after so many feasible plans; 0: all")
+      ->type_name("K");
+  command->add_flag("--no-robot", arguments.overrides.no_robot,
+                    "Plan for a free-flying hand, without the arm's reach");
+  command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")->type_name("N");
+  command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  command->add_option("--output", arguments.output, "Write the best plan to PLAN")->type_name("PLAN");
+  command->add_option("--trace", arguments.trace, "Write cost and violation per iteration to FILE")
+      ->type_name("FILE");
+  command->footer(R"(Examples:
+  tether plan scenarios/workspace_reach.yaml
+  tether plan scenarios/hanoi.yaml --max-actions 14 --solver nlopt
+  tether plan scenarios/workspace_reach.yaml --json - | jq '.plans[0].actions'
+  tether plan scenarios/workspace_reach.yaml --output plan.json --trace trace.json)");
+  command->callback([&] {
+    run = [&] {
+      arguments.overrides.stop = &stop_requested;
+      return PlanCommand(arguments);
+    };
+  });
+}
+
+void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("run", "Execute a plan in simulation and judge the goal");
+  command->add_option("scenario", arguments.scenario, "Scenario file")->required()->type_name("SCENARIO");
+  command->add_option("--plan", arguments.plan, "Plan file; without it, the scenario is planned first")
+      ->type_name("PLAN");
+  command->add_option("--candidate", arguments.candidate, "Run the N-th best candidate instead of the best")
+      ->type_name("N");
+  command->add_option("--events", arguments.events, "Disturbances from FILE, in place of the scenario's")
+      ->type_name("FILE");
+  command
+      ->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's: perturbs the start")
+      ->type_name("N");
+  command->add_flag("--realtime", arguments.realtime, "Not faster than the clock on the wall");
+  command->add_option("--snapshots", arguments.snapshots, "Write a PNG at each step boundary to DIR")
+      ->type_name("DIR");
+  command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  AddPlanningOptions(*command, arguments.overrides);
+  command->footer(R"(Examples:
+  tether run scenarios/workspace_reach.yaml
+  tether run scenarios/workspace_reach.yaml --events scenarios/workspace_reach/events_box_moved.yaml --seed 3
+  tether run scenarios/hanoi.yaml --candidate 2 --snapshots snapshots
+  tether run scenarios/workspace_reach.yaml --plan plan.json --json run.json)");
+  command->callback([&] {
+    run = [&] {
+      arguments.overrides.stop = &stop_requested;
+      return RunCommand(arguments);
+    };
+  });
+}
+
+void AddCheck(CLI::App& app, CheckArguments& arguments, std::function<int()>& run) {
+  CLI::App* command =
+      app.add_subcommand("check", "Validate scenarios, action libraries, event files and plans");
+  command->add_option("files", arguments.files, "Files, recognised by their `format`")
+      ->required()
+      ->type_name("FILE");
+  command->footer(R"(Examples:
+  tether check scenarios/workspace_reach.yaml
+  tether check models/actions/manipulation.yaml scenarios/*.yaml
+  tether check scenarios/workspace_reach.yaml plan.json)");
+  command->callback([&] { run = [&] { return CheckCommand(arguments); }; });
+}
+
+void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("bench", "Run a benchmark");
+  std::string names = "Benchmarks:\n";
+  for (const auto& [name, text] : BenchNames()) names += "  " + name + ": " + text + "\n";
+  command->add_option("name", arguments.name, "Which one")->required()->type_name("NAME");
+  command->add_option("--json", arguments.json, "Write the result as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  command->footer(names + R"(
+Examples:
+  tether bench table1
+  tether bench geometry --json geometry.json)");
+  command->callback([&] {
+    run = [&] {
+      arguments.stop = &stop_requested;
+      return BenchCommand(arguments);
+    };
+  });
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Robot manipulation planned as poses tied to objects, executed by reactive control.",
+               "tether");
+  app.set_version_flag("--version", "tether " + Version());
+  bool verbose = false;
+  app.add_flag("--verbose", verbose, "Say more, on standard error");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(R"(Examples:
+  tether plan scenarios/workspace_reach.yaml
+  tether run scenarios/workspace_reach.yaml --events scenarios/workspace_reach/events_box_moved.yaml
+  tether check scenarios/hanoi.yaml
+Each command has its own --help.
+Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gave up at a limit, 5 judged and failed,
+130 interrupted.)");
+  PlanArguments plan;
+  RunArguments run;
+  CheckArguments check;
+  BenchArguments bench;
+  std::function<int()> command;
+  AddPlan(app, plan, command);
+  AddRun(app, run, command);
+  AddCheck(app, check, command);
+  AddBench(app, bench, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitSuccess : kExitBadInput;
+  }
+  tether::SetVerbose(verbose);
+  std::signal(SIGINT, RequestStop);
+  std::signal(SIGTERM, RequestStop);
+  return command();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return Main(argc, argv);
+  } catch (const tether::InputError& error) {
+    for (const tether::Diagnostic& diagnostic : error.diagnostics()) {
+      std::fprintf(stderr, "%s\n", diagnostic.ToString().c_str());
+    }
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "internal error: %s\n", error.what());
+    return kExitInternal;
+  }
+}

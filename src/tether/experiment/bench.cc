@@ -1,0 +1,123 @@
+#include <filesystem>
+
+#include "tether/experiment/commands.h"
+#include "tether/experiment/plan_output.h"
+#include "tether/experiment/terminal.h"
+#include "tether/geometry/geometry_bench.h"
+#include "tether/robot/model.h"
+
+namespace tether::experiment {
+namespace {
+
+std::string Column(const std::string& text, size_t width) {
+  return text.size() >= width ? text + " " : text + std::string(width - text.size(), ' ');
+}
+
+std::string Actions(const planning::Plan& plan) {
+  std::string text;
+  for (const std::string& action : plan.actions) text += (text.empty() ? "" : " ") + action;
+  return text;
+}
+
+/// Paper A, Table I: both problems with both solvers, every candidate, failures included.
+int BenchTable1(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  Value rows = Value::Array();
+  uint64_t seed = 0;
+  for (const char* name : {"workspace_reach", "hanoi"}) {
+    const std::string path =
+        (std::filesystem::path(robot::DataDirectory()) / "scenarios" / name).string() + ".yaml";
+    const Scenario scenario = LoadScenario(path);
+    const auto task = MakeTask(scenario);
+    seed = scenario.seed;
+    terminal.Print(terminal.Bold(scenario.title));
+    terminal.Print(terminal.Bold(Column("solver", 8) + Column("status", 12) + Column("cost", 10) +
+                                 Column("mm", 9) + Column("mrad", 9) + Column("time (s)", 10) +
+                                 Column("evals", 8) + "actions"));
+    for (const char* solver : {"ipopt", "nlopt"}) {
+      PlanningOverrides overrides;
+      overrides.solver = solver;
+      overrides.threads = 1;  // times of one solve at a time
+      overrides.stop = arguments.stop;
+      const planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
+      const auto print = [&](const planning::CandidateReport& candidate) {
+        terminal.Print(Column(solver, 8) + Column(planning::ToString(candidate.status), 12) +
+                       Column(Fixed(candidate.plan.cost, 4), 10) +
+                       Column(Fixed(1e3 * candidate.max_violation_m, 3), 9) +
+                       Column(Fixed(1e3 * candidate.max_violation_rad, 3), 9) +
+                       Column(Fixed(candidate.optimize_s, 3), 10) +
+                       Column(std::to_string(candidate.evaluations), 8) + Actions(candidate.plan));
+        if (!candidate.reason.empty()) terminal.Print("        " + terminal.Dim(candidate.reason));
+      };
+      const planning::PlanReport report = planning::PlanTask(problem, *task, print);
+      rows.Append(WritePlanReport(report, scenario.title, seed).Set("solver", solver));
+      if (report.status == planning::PlanStatus::kInterrupted) return kExitInterrupted;
+    }
+    terminal.Print("");
+  }
+  if (!arguments.json.empty()) {
+    const std::string text =
+        WriteJson(OutputHeader("tether.bench/1", seed).Set("name", "table1").Set("rows", rows));
+    if (arguments.json == "-") {
+      std::fputs(text.c_str(), stdout);
+    } else {
+      WriteFile(arguments.json, text);
+    }
+  }
+  return kExitSuccess;
+}
+
+/// Signed distances against the slow reference, 10,000 pose pairs per pair of kinds.
+int BenchGeometry(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  Value rows = Value::Array();
+  bool good = true;
+  terminal.Print(terminal.Bold(Column("pair", 22) + Column("pairs", 8) + Column("overlapping", 13) +
+                               Column("max error (m)", 16) + Column("bound (m)", 12) + "time (µs)"));
+  const uint64_t seed = 1;
+  for (const geometry::PairReport& pair : geometry::BenchmarkDistances(10000, seed)) {
+    const auto number = [](double value) { return Value(value).AsText(); };
+    terminal.Print(Column(pair.kind_a + "-" + pair.kind_b, 22) + Column(std::to_string(pair.pairs), 8) +
+                   Column(std::to_string(pair.overlapping), 13) +
+                   Column(number(pair.max_error).substr(0, 14), 16) + Column(number(pair.bound()), 12) +
+                   Fixed(1e6 * pair.time_per_query, 3));
+    good = good && pair.max_error <= pair.bound();
+    rows.Append(Value::Object()
+                    .Set("kinds", pair.kind_a + "-" + pair.kind_b)
+                    .Set("pairs", pair.pairs)
+                    .Set("overlapping", pair.overlapping)
+                    .Set("max_error_m", pair.max_error)
+                    .Set("bound_m", pair.bound())
+                    .Set("time_per_query_s", pair.time_per_query));
+  }
+  if (!arguments.json.empty()) {
+    const std::string text =
+        WriteJson(OutputHeader("tether.bench/1", seed).Set("name", "geometry").Set("rows", rows));
+    if (arguments.json == "-") {
+      std::fputs(text.c_str(), stdout);
+    } else {
+      WriteFile(arguments.json, text);
+    }
+  }
+  return good ? kExitSuccess : kExitFailed;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> BenchNames() {
+  return {{"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
+          {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"}};
+}
+
+int BenchCommand(const BenchArguments& arguments) {
+  if (arguments.name == "table1") return BenchTable1(arguments);
+  if (arguments.name == "geometry") return BenchGeometry(arguments);
+  std::vector<std::string> names;
+  for (const auto& [name, text] : BenchNames()) names.push_back(name);
+  const std::string nearest = NearestMatch(arguments.name, names);
+  throw InputError(
+      "unknown benchmark '" + arguments.name + "'",
+      (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(names));
+}
+
+}  // namespace tether::experiment

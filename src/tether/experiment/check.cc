@@ -1,0 +1,286 @@
+#include "tether/experiment/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <filesystem>
+#include <optional>
+
+#include "tether/constraints/kind.h"
+#include "tether/experiment/contact.h"
+#include "tether/experiment/problem.h"
+#include "tether/experiment/scene_reader.h"
+#include "tether/experiment/terminal.h"
+#include "tether/geometry/distance.h"
+#include "tether/planning/action_reader.h"
+#include "tether/planning/checker.h"
+#include "tether/planning/plan_file.h"
+
+namespace tether::experiment {
+namespace {
+
+constexpr double kTolerance = 1e-3;
+
+std::string Millimetres(double metres) { return Fixed(1e3 * metres, 1) + " mm"; }
+
+/// Finds where the geometry of a scene disagrees with itself.
+class GeometryCheck {
+ public:
+  explicit GeometryCheck(const Scenario& scenario)
+      : scenario_(scenario), scene_(scenario.scene), poses_(InitialPoses(scenario.scene)) {}
+
+  std::vector<std::string> Run() {
+    CheckOverlaps();
+    CheckFloating();
+    if (scenario_.problem != nullptr) CheckInit();
+    return std::move(problems_);
+  }
+
+ private:
+  Resting Between(const scene::Object& upper, const scene::Object& lower) const {
+    return FindResting(upper, poses_.at(upper.name), lower, poses_.at(lower.name));
+  }
+
+  void CheckOverlaps() {
+    for (size_t i = 0; i < scene_.objects.size(); ++i) {
+      for (size_t j = i + 1; j < scene_.objects.size(); ++j) {
+        const scene::Object &a = scene_.objects[i], &b = scene_.objects[j];
+        if (!a.movable() && !b.movable()) continue;  // furniture may be built into furniture
+        const double distance = Between(a, b).distance;
+        if (distance < -kTolerance) {
+          problems_.push_back("objects '" + a.name + "' and '" + b.name + "' overlap by " +
+                              Millimetres(-distance));
+        }
+      }
+    }
+  }
+
+  void CheckFloating() {
+    for (const scene::Object& object : scene_.objects) {
+      if (!object.movable()) continue;
+      const scene::Object* below = nullptr;
+      double gap = 1e300;
+      bool carried = false;
+      for (const scene::Object& other : scene_.objects) {
+        if (other.name == object.name) continue;
+        const Resting resting = Between(object, other);
+        carried = carried || (resting.distance <= kTolerance && resting.upward);
+        if (resting.centre_above && resting.distance < gap) {
+          gap = resting.distance;
+          below = &other;
+        }
+      }
+      if (carried || gap <= kTolerance) continue;
+      problems_.push_back("object '" + object.name + "' rests on nothing: " +
+                          (below != nullptr
+                               ? "it is " + Millimetres(gap) + " from '" + below->name + "' below it"
+                               : "there is nothing below it"));
+    }
+  }
+
+  void CheckInit() {
+    const symbolic::Problem& problem = *scenario_.problem;
+    const int on = problem.domain->FindPredicate("on");
+    if (on < 0 || problem.domain->predicates[static_cast<size_t>(on)].parameters.size() != 2) return;
+    std::vector<std::pair<std::string, std::string>> stated;
+    for (const symbolic::Fact& fact : problem.init) {
+      if (fact.predicate != on) continue;
+      const std::string& upper = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
+      const std::string& lower = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
+      stated.emplace_back(upper, lower);
+      const scene::Object *a = scene_.FindObject(upper), *b = scene_.FindObject(lower);
+      if (a != nullptr && b != nullptr) CheckFact(*a, *b, fact.where);
+    }
+    for (const scene::Object& a : scene_.objects) {
+      const scene::Object* b = a.movable() ? FindSupport(scene_, poses_, a) : nullptr;
+      if (b == nullptr || !CanBeOn(on, a.name, b->name)) continue;
+      if (std::find(stated.begin(), stated.end(), std::make_pair(a.name, b->name)) != stated.end()) continue;
+      problems_.push_back("object '" + a.name + "' rests on '" + b->name + "', but :init of " + problem.file +
+                          " does not say (on " + a.name + " " + b->name + ")");
+    }
+  }
+
+  void CheckFact(const scene::Object& a, const scene::Object& b, const Location& where) {
+    const Resting resting = Between(a, b);
+    if (resting.Holds(kTolerance)) return;
+    std::string reason;
+    if (std::abs(resting.distance) > kTolerance) {
+      reason = resting.distance > 0 ? "they are " + Millimetres(resting.distance) + " apart"
+                                    : "they overlap by " + Millimetres(-resting.distance);
+    } else {
+      reason = resting.upward ? "its centre of mass is not above '" + b.name + "'"
+                              : "it is not above '" + b.name + "'";
+    }
+    problems_.push_back(where.ToString() + ": (on " + a.name + " " + b.name +
+                        ") disagrees with the scene: " + reason);
+  }
+
+  /// Whether the types of the predicate allow (on a b).
+  bool CanBeOn(int on, const std::string& a, const std::string& b) const {
+    const symbolic::Problem& problem = *scenario_.problem;
+    const auto& parameters = problem.domain->predicates[static_cast<size_t>(on)].parameters;
+    const int upper = problem.FindObject(a), lower = problem.FindObject(b);
+    return upper >= 0 && lower >= 0 &&
+           problem.domain->Fits(problem.objects[static_cast<size_t>(upper)].types, parameters[0].types) &&
+           problem.domain->Fits(problem.objects[static_cast<size_t>(lower)].types, parameters[1].types);
+  }
+
+  const Scenario& scenario_;
+  const scene::Scene& scene_;
+  std::map<std::string, math::Pose> poses_;
+  std::vector<std::string> problems_;
+};
+
+class FileChecker {
+ public:
+  std::vector<FileCheck> Run(const std::vector<std::string>& files) {
+    std::vector<std::pair<size_t, Value>> plans;
+    for (const std::string& file : files) {
+      checks_.push_back({file, "", {}, {}});
+      try {
+        const Value document = ReadYaml(file);
+        const Value* format = document.Find("format");
+        const std::string name = format == nullptr ? "" : format->AsText();
+        if (name == kScenarioFormat) {
+          CheckScenario(file, checks_.back());
+        } else if (name == planning::kActionsFormat) {
+          CheckLibrary(document, checks_.back());
+        } else if (name == "tether.events/1") {
+          checks_.back().kind = "events";
+          checks_.back().notes.push_back(std::to_string(ParseEvents(document, {}, diagnostics_).size()) +
+                                         " events");
+        } else if (name == planning::kPlanFormat) {
+          checks_.back().kind = "plan";
+          plans.emplace_back(checks_.size() - 1, document);
+        } else {
+          UnknownFormat(file, document, name);
+        }
+      } catch (const InputError& error) {
+        diagnostics_.Add(error);
+      }
+    }
+    // Plans come last: their scenario may stand anywhere among the files.
+    for (const auto& [index, document] : plans) {
+      try {
+        CheckOnePlan(document, checks_[index]);
+      } catch (const InputError& error) {
+        diagnostics_.Add(error);
+      }
+    }
+    diagnostics_.ThrowIfAny();
+    return std::move(checks_);
+  }
+
+ private:
+  void UnknownFormat(const std::string& file, const Value& document, const std::string& name) {
+    const std::vector<std::string> formats = {kScenarioFormat, planning::kActionsFormat, "tether.events/1",
+                                              planning::kPlanFormat};
+    const Value* format = document.Find("format");
+    diagnostics_.Add(format ? format->where() : Location{file, 1, 1},
+                     format ? "unknown format '" + name + "'" : "there is no 'format'",
+                     SuggestFrom(name, formats));
+  }
+
+  void CheckScenario(const std::string& file, FileCheck& check) {
+    check.kind = "scenario";
+    Scenario scenario = LoadScenario(file);
+    check.problems = CheckGeometry(scenario);
+    check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
+                          std::to_string(scenario.scene.regions.size()) + " regions, " +
+                          std::to_string(scenario.scene.robots.size()) + " robots, " +
+                          std::to_string(scenario.actions.size()) + " actions");
+    if (scenario.problem != nullptr) {
+      const auto task = symbolic::Task::Ground(scenario.problem);
+      check.notes.push_back(std::to_string(task->actions().size()) + " ground actions, " +
+                            std::to_string(task->atoms().size()) + " atoms that change");
+    } else if (!scenario.task.ltl.empty()) {
+      check.notes.push_back("a temporal goal");
+    }
+    scenarios_.push_back(std::move(scenario));
+  }
+
+  void CheckLibrary(const Value& document, FileCheck& check) {
+    check.kind = "action library";
+    const auto actions =
+        planning::ParseActions(document, {constraints::KindNames(), std::nullopt}, diagnostics_);
+    std::string names;
+    for (const planning::ActionSchema& action : actions) {
+      names += (names.empty() ? "" : ", ") + action.name;
+      for (const planning::StepSchema& step : action.steps) {
+        for (const planning::ConstraintSpec& spec : step.constraints) {
+          if (const auto* kind = constraints::FindKind(spec.kind)) {
+            constraints::ReadParameters(*kind, spec.parameters, diagnostics_);
+          }
+        }
+      }
+    }
+    check.notes.push_back("actions " + names);
+  }
+
+  /// The scenario that a plan belongs to.
+  const Scenario& FindScenario(const Value& document, const std::string& file) {
+    const Value* title = document.Find("scenario");
+    for (const Scenario& scenario : scenarios_) {
+      if (title != nullptr && scenario.title == title->AsText()) return scenario;
+    }
+    const std::string named = planning::ReadPlanOrigin(document).scenario_file;
+    const std::filesystem::path beside = std::filesystem::path(file).parent_path() / named;
+    for (const std::filesystem::path& path : {std::filesystem::path(named), beside}) {
+      std::error_code ignored;
+      if (named.empty() || !std::filesystem::is_regular_file(path, ignored)) continue;
+      scenarios_.push_back(LoadScenario(path.string()));
+      return scenarios_.back();
+    }
+    throw InputError({{Location{file, 0, 0},
+                       "the scenario of this plan, '" + (title ? title->AsText() : "") + "' (" +
+                           (named.empty() ? "no file named" : named) + "), is not there",
+                       "its scenario file beside the plan's: tether check SCENARIO PLAN"}});
+  }
+
+  void CheckOnePlan(const Value& document, FileCheck& check) {
+    const Scenario& scenario = FindScenario(document, check.file);
+    Diagnostics mistakes;
+    const planning::Plan plan = planning::ParsePlan(document, scenario.scene, scenario.actions, mistakes);
+    mistakes.ThrowIfAny();
+    const planning::Problem problem = MakeProblem(scenario, scenario.scene, {});
+    const planning::CheckResult result = planning::CheckPlan(problem, plan);
+    for (const planning::CheckFinding& finding : result.findings) {
+      const bool metres = finding.unit == nlp::Unit::kMetre;
+      if (finding.amount <= (metres ? problem.program.feasible_m : problem.program.feasible_rad)) continue;
+      check.problems.push_back(finding.action + ": " + finding.label + " is violated by " +
+                               Fixed(1e3 * finding.amount, 2) + (metres ? " mm" : " mrad"));
+    }
+    CheckGoal(scenario, plan, check);
+    check.notes.push_back("cost " + Fixed(result.cost, 4) + ", largest violation " +
+                          Fixed(1e3 * result.max_violation_m, 3) + " mm and " +
+                          Fixed(1e3 * result.max_violation_rad, 3) + " mrad");
+  }
+
+  /// The plan's actions must be applicable one after another and reach the goal.
+  static void CheckGoal(const Scenario& scenario, const planning::Plan& plan, FileCheck& check) {
+    if (scenario.problem == nullptr) return;
+    const auto task = symbolic::Task::Ground(scenario.problem);
+    symbolic::State state = task->initial_state();
+    for (const std::string& name : plan.actions) {
+      const int action = task->FindAction(name);
+      if (action < 0 || !task->IsApplicable(action, state)) {
+        check.problems.push_back("action " + name + " is not possible where it stands in the plan");
+        return;
+      }
+      state = task->Apply(action, state);
+    }
+    if (!task->IsGoal(state)) check.problems.push_back("the plan's actions do not reach the goal");
+  }
+
+  Diagnostics diagnostics_;
+  std::vector<FileCheck> checks_;
+  std::deque<Scenario> scenarios_;
+};
+
+}  // namespace
+
+std::vector<std::string> CheckGeometry(const Scenario& scenario) { return GeometryCheck(scenario).Run(); }
+
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files) { return FileChecker().Run(files); }
+
+}  // namespace tether::experiment

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tether/experiment/scenario.h"
+#include "tether/symbolic/task.h"
+
+namespace tether::experiment {
+
+/// What a check found out about one file.
+struct FileCheck {
+  std::string file;
+  std::string kind;  ///< "scenario", "action library", "events", "plan"; empty if it was not recognised.
+  std::vector<std::string> problems;  ///< Where geometry disagrees, or what a plan violates.
+  std::vector<std::string> notes;     ///< What is fine and worth knowing.
+};
+
+/// Where the scene's geometry disagrees with itself and with the PDDL initial state: solids that overlap by
+/// more than 1 mm, movable objects that hang in the air, facts on(a, b) without contact, and contacts without
+/// such a fact.
+std::vector<std::string> CheckGeometry(const Scenario& scenario);
+
+/// Checks files in formats `tether.scenario/1`, `tether.actions/1`, `tether.events/1` and `tether.plan/1`. A
+/// plan is judged by the independent checker, with the scenario among `files` that has its title, else with
+/// the one that it names. Throws InputError with the mistakes of all files; what is found in files without
+/// mistakes is returned.
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files);
+
+}  // namespace tether::experiment

@@ -1,0 +1,236 @@
+#include "tether/experiment/commands.h"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+
+#include "tether/common/log.h"
+#include "tether/experiment/check.h"
+#include "tether/experiment/perturb.h"
+#include "tether/experiment/plan_output.h"
+#include "tether/experiment/run.h"
+#include "tether/experiment/terminal.h"
+#include "tether/experiment/version.h"
+#include "tether/planning/plan_file.h"
+
+namespace tether::experiment {
+namespace {
+
+/// To a file, or to standard output if `path` is "-".
+void WriteJsonTo(const std::string& path, const Value& value) {
+  if (path.empty()) return;
+  if (path == "-") {
+    std::fputs(WriteJson(value).c_str(), stdout);
+    std::fflush(stdout);
+  } else {
+    WriteFile(path, WriteJson(value));
+  }
+}
+
+double Since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int ExitCodeOf(planning::PlanStatus status) {
+  switch (status) {
+    case planning::PlanStatus::kSolved:
+      return kExitSuccess;
+    case planning::PlanStatus::kImpossible:
+      return kExitImpossible;
+    case planning::PlanStatus::kGaveUp:
+      return kExitGaveUp;
+    case planning::PlanStatus::kInterrupted:
+      return kExitInterrupted;
+    case planning::PlanStatus::kNotCalled:
+      break;
+  }
+  return kExitInternal;
+}
+
+int ExitCodeOf(RunStatus status) {
+  if (status == RunStatus::kSuccess) return kExitSuccess;
+  return status == RunStatus::kInterrupted ? kExitInterrupted : kExitFailed;
+}
+
+/// A scenario read for one command, with what that took.
+struct Loaded {
+  Scenario scenario;
+  std::shared_ptr<const symbolic::Task> task;
+  double parse_s = 0;
+};
+
+Loaded Load(const std::string& path) {
+  const auto begin = std::chrono::steady_clock::now();
+  Loaded loaded;
+  loaded.scenario = LoadScenario(path);
+  loaded.task = MakeTask(loaded.scenario);
+  loaded.parse_s = Since(begin);
+  return loaded;
+}
+
+planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
+                                    const Terminal& terminal) {
+  terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
+                 terminal.Dim(nlp::ToString(problem.program.backend) + ", up to " +
+                              std::to_string(problem.search.max_actions) + " actions, seed " +
+                              std::to_string(problem.search.seed)));
+  int number = 0;
+  planning::PlanReport report =
+      planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {
+        terminal.Print(CandidateLine(candidate, ++number, terminal));
+      });
+  report.parse_s = loaded.parse_s;
+  report.total_s += loaded.parse_s;
+  terminal.Print("\n" + PlanTable(report, terminal));
+  return report;
+}
+
+planning::PlanOrigin Origin(const std::string& scenario, uint64_t seed) {
+  return {Version(), seed, std::filesystem::absolute(scenario).lexically_normal().string()};
+}
+
+std::vector<Event> ChooseEvents(const Scenario& scenario, const std::string& file) {
+  if (file.empty()) return scenario.events;
+  return ReadEvents(file, {&scenario.scene, &scenario.actions});
+}
+
+/// The plan to run: read, or the chosen one of those found. Empty, with an exit code, if there is none.
+std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Loaded& loaded,
+                                         const scene::Scene& scene, const Terminal& terminal, int& exit_code,
+                                         Value& plan_report) {
+  const Scenario& scenario = loaded.scenario;
+  if (!arguments.plan.empty()) return planning::ReadPlan(arguments.plan, scenario.scene, scenario.actions);
+  const planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
+  const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
+  plan_report = WritePlanReport(report, scenario.title, problem.search.seed);
+  exit_code = ExitCodeOf(report.status);
+  std::vector<int> feasible;
+  for (int i : report.BestFirst()) {
+    if (report.candidates[static_cast<size_t>(i)].feasible()) feasible.push_back(i);
+  }
+  if (feasible.empty() || report.status == planning::PlanStatus::kInterrupted) return std::nullopt;
+  const int rank = arguments.candidate.value_or(1);
+  if (rank < 1 || rank > static_cast<int>(feasible.size())) {
+    throw InputError("--candidate is " + std::to_string(rank) + ", but there are " +
+                         std::to_string(feasible.size()) + " feasible candidates",
+                     "1 to " + std::to_string(feasible.size()) + ", best first");
+  }
+  return report.candidates[static_cast<size_t>(feasible[static_cast<size_t>(rank - 1)])].plan;
+}
+
+void PrintJudgement(const RunReport& report, const Terminal& terminal) {
+  for (const GoalFact& fact : report.judgement.facts) {
+    terminal.Print("  " + fact.atom + " is " + (fact.holds ? "true" : "false") +
+                   terminal.Dim(fact.geometric ? "" : "  (by the effects of the actions)"));
+  }
+  const std::string time = " after " + Fixed(report.sim_time_s, 1) + " s of simulated time (" +
+                           Fixed(report.wall_s, 1) + " s on the clock), " + std::to_string(report.retries) +
+                           " retries";
+  const std::string goal =
+      report.judgement.goal_reached ? terminal.Green("goal reached") : terminal.Red("goal not reached");
+  if (report.ok()) {
+    terminal.Print(goal + time);
+  } else {
+    terminal.Print(goal + time + "; " + ToString(report.status) +
+                   (report.reason.empty() ? "" : ": " + report.reason));
+  }
+  if (!report.snapshots.empty()) {
+    terminal.Print(std::to_string(report.snapshots.size()) + " pictures in " +
+                   std::filesystem::path(report.snapshots.front()).parent_path().string());
+  }
+}
+
+bool WorthPrinting(const std::string& kind) {
+  return kind != "contact" && kind != "safety" && kind != "finished";
+}
+
+}  // namespace
+
+int PlanCommand(const PlanArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  const Loaded loaded = Load(arguments.scenario);
+  PlanningOverrides overrides = arguments.overrides;
+  overrides.trace = !arguments.trace.empty();
+  const planning::Problem problem = MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
+  const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
+  const uint64_t seed = problem.search.seed;
+  WriteJsonTo(arguments.json, WritePlanReport(report, loaded.scenario.title, seed));
+  if (!arguments.trace.empty()) WriteFile(arguments.trace, WriteJson(WriteTrace(report, seed)));
+  if (!arguments.output.empty()) {
+    if (const planning::CandidateReport* best = report.best()) {
+      const Value plan = planning::WritePlan(best->plan, Origin(arguments.scenario, seed),
+                                             loaded.scenario.scene, loaded.scenario.actions);
+      WriteFile(arguments.output, WriteJson(plan));
+      terminal.Print("the best plan is in " + arguments.output);
+    } else {
+      LogWarning("no feasible plan: " + arguments.output + " is not written");
+    }
+  }
+  return ExitCodeOf(report.status);
+}
+
+int RunCommand(const RunArguments& arguments) {
+  if (!arguments.plan.empty() && arguments.candidate) {
+    throw InputError("--plan and --candidate exclude each other", "a plan file holds one plan");
+  }
+  const Terminal terminal(arguments.json == "-");
+  const Loaded loaded = Load(arguments.scenario);
+  const Scenario& scenario = loaded.scenario;
+  const uint64_t seed = arguments.overrides.seed.value_or(scenario.seed);
+  RunOptions options;
+  options.seed = seed;
+  options.events = ChooseEvents(scenario, arguments.events);
+  options.realtime = arguments.realtime;
+  options.snapshots = arguments.snapshots;
+  options.stop = arguments.overrides.stop;
+  const scene::Scene scene = PerturbScene(scenario.scene, scenario.perturb, seed);
+
+  int exit_code = kExitSuccess;
+  Value plan_report;
+  const auto plan = ObtainPlan(arguments, loaded, scene, terminal, exit_code, plan_report);
+  if (!plan) {
+    RunReport none;
+    none.status = exit_code == kExitInterrupted ? RunStatus::kInterrupted : RunStatus::kNotCalled;
+    none.reason = "there is no plan to run";
+    WriteJsonTo(arguments.json, WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
+    return exit_code == kExitSuccess ? kExitInternal : exit_code;
+  }
+  std::string names;
+  for (const std::string& action : plan->actions) names += " " + action;
+  terminal.Print("\n" + terminal.Bold("running") + names + terminal.Dim("  seed " + std::to_string(seed)));
+  options.on_event = [&](double time, const std::string& kind, const std::string& text) {
+    if (!WorthPrinting(kind)) return;
+    const std::string at = Fixed(time, 2);
+    const std::string line =
+        std::string(at.size() < 7 ? 7 - at.size() : 0, ' ') + at + " s  " + kind + "  " + text;
+    const bool trouble = kind == "disturbance" || kind == "retry" || kind.find("miss") != std::string::npos ||
+                         kind.find("lost") != std::string::npos || kind == "failed";
+    terminal.Print(trouble ? terminal.Yellow(line) : line);
+  };
+  const RunReport report = RunPlan(scenario, scene, *loaded.task, *plan, options);
+  PrintJudgement(report, terminal);
+  Value json = WriteRunReport(report, scenario.title, seed);
+  if (!plan_report.is_null()) json.Set("planning", plan_report);
+  WriteJsonTo(arguments.json, json);
+  return ExitCodeOf(report.status);
+}
+
+int CheckCommand(const CheckArguments& arguments) {
+  const Terminal terminal;
+  bool good = true;
+  for (const FileCheck& check : CheckFiles(arguments.files)) {
+    const bool fine = check.problems.empty();
+    good = good && fine;
+    std::string line = check.file + ": " + check.kind + ", ";
+    line += fine ? terminal.Green("ok")
+                 : terminal.Red(std::to_string(check.problems.size()) +
+                                (check.problems.size() == 1 ? " problem" : " problems"));
+    for (const std::string& note : check.notes) line += "; " + note;
+    terminal.Print(line);
+    for (const std::string& problem : check.problems) terminal.Print("  " + problem);
+  }
+  return good ? kExitSuccess : kExitFailed;
+}
+
+}  // namespace tether::experiment

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/experiment/problem.h"
+
+namespace tether::experiment {
+
+/// Exit codes of the program.
+enum ExitCode {
+  kExitSuccess = 0,
+  kExitInternal = 1,
+  kExitBadInput = 2,
+  kExitImpossible = 3,
+  kExitGaveUp = 4,
+  kExitFailed = 5,
+  kExitInterrupted = 130,
+};
+
+struct PlanArguments {
+  std::string scenario;
+  PlanningOverrides overrides;
+  std::string json;    ///< File for the report, or "-"; empty: none.
+  std::string output;  ///< File for the best plan; empty: none.
+  std::string trace;   ///< File for cost and violation per iteration; empty: none.
+};
+
+struct RunArguments {
+  std::string scenario;
+  std::string plan;              ///< Plan file; empty: plan first.
+  std::optional<int> candidate;  ///< Which feasible candidate to run, best first from 1.
+  std::string events;            ///< File with disturbances, in place of the scenario's; empty: those.
+  bool realtime = false;
+  std::string snapshots;
+  std::string json;
+  PlanningOverrides overrides;
+};
+
+struct CheckArguments {
+  std::vector<std::string> files;
+};
+
+struct BenchArguments {
+  std::string name;
+  std::string json;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// The commands of the program. Each prints its result and returns the exit code; each throws InputError for
+/// bad input.
+int PlanCommand(const PlanArguments& arguments);
+int RunCommand(const RunArguments& arguments);
+int CheckCommand(const CheckArguments& arguments);
+int BenchCommand(const BenchArguments& arguments);
+
+/// The names that BenchCommand takes, each with one line of explanation.
+std::vector<std::pair<std::string, std::string>> BenchNames();
+
+}  // namespace tether::experiment
