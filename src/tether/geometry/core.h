@@ -79,10 +79,11 @@ class BestNormal {
   explicit BestNormal(const Query& query) : query_(query) {}
   /// `rank` is 0 for a face's normal, greater for others. Does nothing if n is not finite.
   void Try(const Eigen::Vector3d& n, int rank);
-  /// Both n and −n.
+  /// Both n and −n. Cores are symmetric, so the one that points from A's centre to B's does better.
   void TryBoth(const Eigen::Vector3d& n, int rank) {
-    Try(n, rank);
-    Try(-n, rank);
+    const double along = n.dot(query_.X_AB.p);
+    if (along >= 0 || -along <= kTie) Try(n, rank);
+    if (along < kTie) Try(-n, rank);
   }
   const Eigen::Vector3d& n() const { return n_; }
   double separation() const { return separation_; }

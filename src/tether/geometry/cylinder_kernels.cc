@@ -70,7 +70,7 @@ struct CircleTable {
 const CircleTable kCircle;
 
 /// A better normal than the best so far is sought only where one might gain more than this, m.
-constexpr double kGain = 1e-6;
+constexpr double kGain = 4e-6;
 
 /// The separation is the least of g · n over the differences g of points of B and A. So at every n it is at
 /// most g · n of any one of them: with supports at sampled normals this bounds it between the samples, and a
