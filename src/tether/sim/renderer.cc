@@ -1,0 +1,181 @@
+#include "tether/sim/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <mujoco/mujoco.h>
+#include <png.h>
+
+#include "tether/common/error.h"
+#include "tether/robot/mujoco_setup.h"
+#include "tether/sim/world_impl.h"
+
+namespace tether::sim {
+namespace {
+
+[[noreturn]] void ThrowNoContext(const std::string& missing) {
+  throw InputError("no picture can be drawn: " + missing,
+                   "EGL with Mesa's surfaceless platform is needed (Debian: libegl1, libgl1-mesa-dri)");
+}
+
+// An OpenGL context without display or window.
+class OffscreenContext {
+ public:
+  OffscreenContext() {
+    const auto get_display =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
+    if (get_display == nullptr) ThrowNoContext("EGL has no eglGetPlatformDisplayEXT");
+    display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, nullptr, nullptr)) {
+      ThrowNoContext("EGL's surfaceless platform isn't there");
+    }
+    const EGLint wanted[] = {EGL_SURFACE_TYPE,
+                             EGL_PBUFFER_BIT,
+                             EGL_RENDERABLE_TYPE,
+                             EGL_OPENGL_BIT,
+                             EGL_RED_SIZE,
+                             8,
+                             EGL_GREEN_SIZE,
+                             8,
+                             EGL_BLUE_SIZE,
+                             8,
+                             EGL_DEPTH_SIZE,
+                             24,
+                             EGL_NONE};
+    EGLConfig config;
+    EGLint count = 0;
+    if (!eglChooseConfig(display_, wanted, &config, 1, &count) || count == 0) {
+      ThrowNoContext("EGL has no configuration for OpenGL");
+    }
+    if (!eglBindAPI(EGL_OPENGL_API)) ThrowNoContext("EGL has no OpenGL");
+    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, nullptr);
+    if (context_ == EGL_NO_CONTEXT) ThrowNoContext("EGL makes no OpenGL context");
+    MakeCurrent();
+  }
+  ~OffscreenContext() {
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display_, context_);
+  }
+  OffscreenContext(const OffscreenContext&) = delete;
+  OffscreenContext& operator=(const OffscreenContext&) = delete;
+
+  void MakeCurrent() const {
+    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
+      ThrowNoContext("EGL can't use its context without a surface");
+    }
+  }
+
+ private:
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
+};
+
+// A view from the front and the side, of the arms and of everything that isn't as large as a table.
+mjvCamera FrameScene(const mjModel* model, const mjData* data, double aspect) {
+  constexpr double kLarge = 0.6;
+  Eigen::Array3d low = Eigen::Array3d::Constant(1e9);
+  Eigen::Array3d high = -low;
+  for (const bool take_large : {false, true}) {
+    if ((low < high).all()) break;
+    for (int geom = 0; geom < model->ngeom; ++geom) {
+      if (!take_large && model->geom_rbound[geom] > kLarge) continue;
+      const Eigen::Map<const Eigen::Array3d> centre(data->geom_xpos + 3 * geom);
+      low = low.min(centre - model->geom_rbound[geom]);
+      high = high.max(centre + model->geom_rbound[geom]);
+    }
+  }
+  if (!(low < high).all()) {
+    low = -0.5;
+    high = 0.5;
+  }
+  mjvCamera camera;
+  mjv_defaultCamera(&camera);
+  const Eigen::Array3d middle = (low + high) / 2;
+  for (int i = 0; i < 3; ++i) camera.lookat[i] = middle[i];
+  const double radius = (high - low).matrix().norm() / 2;
+  const double half_view = model->vis.global.fovy * M_PI / 360;
+  camera.distance = 0.85 * radius / std::sin(std::min(half_view, std::atan(aspect * std::tan(half_view))));
+  camera.azimuth = 140;
+  camera.elevation = -28;
+  return camera;
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  Impl(const World& world, int width_in, int height_in) : width(width_in), height(height_in) {
+    mjv_defaultScene(&scene);
+    mjr_defaultContext(&graphics);
+    mjv_defaultOption(&visual);
+    // The size of the off-screen buffer is a part of the model.
+    const std::unique_ptr<mjModel, DeleteMujoco> model(mj_copyModel(nullptr, world.impl_->model.get()));
+    model->vis.global.offwidth = width;
+    model->vis.global.offheight = height;
+    try {
+      mjr_makeContext(model.get(), &graphics, mjFONTSCALE_100);
+      mjr_setBuffer(mjFB_OFFSCREEN, &graphics);
+    } catch (const robot::MujocoError& error) {
+      ThrowNoContext(error.what());
+    }
+    mjv_makeScene(model.get(), &scene, 2000);
+    camera = FrameScene(model.get(), world.impl_->data.get(), static_cast<double>(width) / height);
+  }
+  ~Impl() {
+    mjr_freeContext(&graphics);
+    mjv_freeScene(&scene);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  OffscreenContext context;
+  int width, height;
+  mjvScene scene;
+  mjrContext graphics;
+  mjvOption visual;
+  mjvCamera camera;
+};
+
+Renderer::Renderer(const World& world, int width, int height) {
+  if (width < 16 || height < 16 || width > 4096 || height > 4096) {
+    throw InputError("a picture of " + std::to_string(width) + " × " + std::to_string(height) + " pixels",
+                     "16 to 4096 pixels a side are accepted");
+  }
+  impl_ = std::make_unique<Impl>(world, width, height);
+}
+Renderer::~Renderer() = default;
+
+void Renderer::WritePng(const World& world, const std::string& path) {
+  Impl& r = *impl_;
+  r.context.MakeCurrent();
+  const mjModel* model = world.impl_->model.get();
+  // Derived poses are those of the last step's beginning: bring a copy up to date, the world itself stays as
+  // it is.
+  const std::unique_ptr<mjData, DeleteMujoco> data(mj_makeData(model));
+  mju_copy(data->qpos, world.impl_->data->qpos, model->nq);
+  mj_kinematics(model, data.get());
+  mj_comPos(model, data.get());
+  mj_camlight(model, data.get());
+  mjv_updateScene(model, data.get(), &r.visual, nullptr, &r.camera, mjCAT_ALL, &r.scene);
+  r.scene.flags[mjRND_SHADOW] = 1;
+  r.scene.flags[mjRND_REFLECTION] = 0;
+  const mjrRect view = {0, 0, r.width, r.height};
+  mjr_render(view, &r.scene, &r.graphics);
+  std::vector<unsigned char> pixels(3 * static_cast<size_t>(r.width) * r.height);
+  mjr_readPixels(pixels.data(), nullptr, view, &r.graphics);
+
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(r.width);
+  image.height = static_cast<png_uint_32>(r.height);
+  image.format = PNG_FORMAT_RGB;
+  // OpenGL's rows go upwards, which a negative stride says.
+  if (!png_image_write_to_file(&image, path.c_str(), 0, pixels.data(), -3 * r.width, nullptr)) {
+    throw InputError("the picture can't be written to '" + path + "': " + image.message);
+  }
+}
+
+}  // namespace tether::sim
