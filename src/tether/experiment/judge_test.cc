@@ -1,0 +1,105 @@
+#include "tether/experiment/judge.h"
+
+#include <gtest/gtest.h>
+
+#include "tether/experiment/contact.h"
+#include "tether/experiment/problem.h"
+#include "tether/experiment/test_scenarios.h"
+
+namespace tether::experiment {
+namespace {
+
+class JudgeTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scenario_ = Shipped("workspace_reach");
+    task_ = MakeTask(scenario_);
+    truth_.X_WO = InitialPoses(scenario_.scene);
+    truth_.X_WHand["panda"] = math::Pose(Eigen::Vector3d(0.4, 0, 0.3));
+    truth_.contact_force = [this](const std::string& robot, const std::string& object) {
+      return robot == "panda" && object == pressed_ ? 30.0 : 0.0;
+    };
+  }
+
+  Judgement Judge(const std::vector<std::string>& actions, int done) const {
+    return JudgeGoal(scenario_.scene, truth_, *task_, actions, done);
+  }
+
+  void PutBoxOnShelf(const Eigen::Vector3d& offset) {
+    truth_.X_WO["box"] = math::Pose(Eigen::Vector3d(0.35, -0.35, 0.125) + offset);
+  }
+
+  Scenario scenario_;
+  std::shared_ptr<const symbolic::Task> task_;
+  Truth truth_;
+  std::string pressed_;
+};
+
+TEST_F(JudgeTest, RestingIsContactFromAboveUnderTheCentreOfMass) {
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "table"));
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "hook", "table"));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "table", "box"));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf"));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "nothing"));
+  PutBoxOnShelf({0, 0, 0.0005});
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf"));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "table"));
+  PutBoxOnShelf({0, 0, 0.006});
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "hovers";
+  PutBoxOnShelf({0.152, 0, 0});
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "its centre of mass is over the edge";
+  truth_.X_WO["box"] = math::Pose(Eigen::Vector3d(0.525, -0.35, 0.025));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "leans on its side";
+}
+
+TEST_F(JudgeTest, GraspedMeansPressedByTheHandAroundIt) {
+  EXPECT_FALSE(IsInHand(scenario_.scene, truth_, "box"));
+  pressed_ = "box";
+  EXPECT_FALSE(IsInHand(scenario_.scene, truth_, "box")) << "pushed, but not between the fingers";
+  truth_.X_WHand["panda"] = truth_.X_WO["box"];
+  EXPECT_TRUE(IsInHand(scenario_.scene, truth_, "box"));
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "table")) << "what is held does not rest";
+  pressed_ = "hook";
+  EXPECT_FALSE(IsInHand(scenario_.scene, truth_, "box"));
+}
+
+TEST_F(JudgeTest, TheGoalIsJudgedFromGeometryWhateverThePlanSays) {
+  const std::vector<std::string> plan = {"pick(hook)", "push(hook,box,table)", "place(hook,table)",
+                                         "pick(box)", "place(box,shelf)"};
+  EXPECT_FALSE(Judge(plan, 5).goal_reached) << "all actions done, but the box is where it was";
+  PutBoxOnShelf({0, 0, 0});
+  const Judgement judgement = Judge({}, 0);
+  EXPECT_TRUE(judgement.goal_reached);
+  ASSERT_EQ(judgement.facts.size(), 3u);
+  EXPECT_EQ(judgement.facts[2].atom, "on(box,shelf)");
+  EXPECT_TRUE(judgement.facts[2].geometric);
+  pressed_ = "hook";
+  truth_.X_WHand["panda"] = truth_.X_WO["hook"] * math::Pose(Eigen::Vector3d(-0.1, 0.05, 0));
+  EXPECT_FALSE(Judge(plan, 5).goal_reached) << "the hook is still in the hand";
+}
+
+TEST_F(JudgeTest, OtherPredicatesKeepTheirSymbolicValue) {
+  scenario_.problem = symbolic::WithGoal(*scenario_.problem,
+                                         "(and (inworkspace box) (forall (?m - movable) (on ?m table)))", {});
+  task_ = MakeTask(scenario_);
+  const std::vector<std::string> plan = {"pick(hook)", "push(hook,box,table)"};
+  EXPECT_FALSE(Judge(plan, 0).goal_reached);
+  EXPECT_FALSE(Judge(plan, 1).goal_reached);
+  const Judgement judgement = Judge(plan, 2);
+  EXPECT_TRUE(judgement.goal_reached);
+  EXPECT_FALSE(judgement.facts[0].geometric);
+}
+
+TEST_F(JudgeTest, DisjunctiveGoalsLookAtEveryAtom) {
+  const Scenario hanoi = Shipped("hanoi");
+  const auto task = MakeTask(hanoi);
+  Truth truth;
+  truth.X_WO = InitialPoses(hanoi.scene);
+  EXPECT_FALSE(JudgeGoal(hanoi.scene, truth, *task, {}, 0).goal_reached);
+  EXPECT_EQ(JudgeGoal(hanoi.scene, truth, *task, {}, 0).facts.size(), 4u);
+  for (const char* box : {"box_1", "box_2", "box_3"}) truth.X_WO[box].p.y() += 0.2;
+  EXPECT_TRUE(JudgeGoal(hanoi.scene, truth, *task, {}, 0).goal_reached);
+}
+
+}  // namespace
+}  // namespace tether::experiment

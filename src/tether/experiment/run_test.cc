@@ -1,0 +1,106 @@
+#include "tether/experiment/run.h"
+
+#include <gtest/gtest.h>
+
+#include "tether/experiment/perturb.h"
+#include "tether/experiment/problem.h"
+#include "tether/experiment/test_scenarios.h"
+
+namespace tether::experiment {
+namespace {
+
+struct Prepared {
+  Scenario scenario;
+  std::shared_ptr<const symbolic::Task> task;
+  planning::Plan plan;
+};
+
+/// Only the first block of the stacking scene: one pick and one place.
+Prepared OneBlock() {
+  Prepared prepared;
+  prepared.scenario = Shipped("stacking");
+  prepared.scenario.problem = symbolic::WithGoal(*prepared.scenario.problem, "(on blue amber)", {});
+  prepared.task = MakeTask(prepared.scenario);
+  PlanningOverrides overrides;
+  overrides.max_plans = 1;
+  overrides.max_actions = 2;
+  const planning::Problem problem = MakeProblem(prepared.scenario, prepared.scenario.scene, overrides);
+  const planning::PlanReport report = planning::PlanTask(problem, *prepared.task);
+  if (report.best() != nullptr) prepared.plan = report.best()->plan;
+  return prepared;
+}
+
+TEST(RunTest, OnePickAndPlaceReachesTheGoalBitForBitTheSame) {
+  const Prepared prepared = OneBlock();
+  ASSERT_EQ(prepared.plan.actions.size(), 2u);
+  RunOptions options;
+  options.seed = 2;
+  const scene::Scene scene = PerturbScene(prepared.scenario.scene, prepared.scenario.perturb, options.seed);
+  const RunReport first = RunPlan(prepared.scenario, scene, *prepared.task, prepared.plan, options);
+  EXPECT_EQ(first.status, RunStatus::kSuccess) << first.reason;
+  const RunReport second = RunPlan(prepared.scenario, scene, *prepared.task, prepared.plan, options);
+  ASSERT_EQ(first.events.size(), second.events.size());
+  EXPECT_EQ(first.sim_time_s, second.sim_time_s);
+  for (size_t i = 0; i < first.events.size(); ++i) {
+    EXPECT_EQ(first.events[i].time, second.events[i].time);
+    EXPECT_EQ(first.events[i].text, second.events[i].text);
+  }
+}
+
+TEST(RunTest, DisturbancesHappenOnceWhenTheirActionStarts) {
+  Prepared prepared = OneBlock();
+  RunOptions options;
+  Event away;
+  away.starts = "pick(blue)";
+  away.object = "blue";
+  away.X_by.p = {-0.05, 0, 0};
+  away.over = 1.0;
+  Event later;
+  later.time = 0.25;
+  later.object = "denim";
+  later.X_by.p = {0, -0.03, 0};
+  options.events = {away, later};
+  const RunReport report =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, options);
+  std::vector<double> times;
+  for (const RunEvent& event : report.events) {
+    if (event.kind == "disturbance") times.push_back(event.time);
+  }
+  ASSERT_EQ(times.size(), 2u);
+  EXPECT_NEAR(times[0], 0, 0.002);
+  EXPECT_NEAR(times[1], 0.25, 0.002);
+  EXPECT_EQ(report.status, RunStatus::kSuccess) << report.reason;
+}
+
+TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
+  Prepared prepared = OneBlock();
+  prepared.scenario.execution.timeout_s = 0.05;
+  const RunReport late =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {});
+  EXPECT_EQ(late.status, RunStatus::kTimeout);
+  EXPECT_FALSE(late.judgement.goal_reached);
+  const std::atomic<bool> stop{true};
+  RunOptions options;
+  options.stop = &stop;
+  const RunReport stopped =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, options);
+  EXPECT_EQ(stopped.status, RunStatus::kInterrupted);
+  EXPECT_EQ(stopped.sim_time_s, 0);
+}
+
+TEST(RunTest, TheReportHasThePromisedKeys) {
+  Prepared prepared = OneBlock();
+  prepared.scenario.execution.timeout_s = 0.05;
+  const RunReport report =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {});
+  const Value value = WriteRunReport(report, "Stacking", 3);
+  EXPECT_EQ(value.members()[0].key, "format");
+  EXPECT_EQ(value.members()[2].key, "seed");
+  for (const char* key : {"status", "goal_reached", "sim_time_s", "steps", "replans", "events"}) {
+    EXPECT_NE(value.Find(key), nullptr) << key;
+  }
+  EXPECT_EQ(value.Find("steps")->items().size(), prepared.plan.steps.size());
+}
+
+}  // namespace
+}  // namespace tether::experiment
