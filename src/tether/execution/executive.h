@@ -30,7 +30,7 @@ struct ExecutiveOptions {
   double slip_distance = 0.03;   ///< An object displaced further in the hand is lost, m …
   double slip_angle = 0.6;       ///< … or turned further, rad.
   double push_tolerance = 0.03;  ///< How far from its pose a pushed object may end, m.
-  double stall_time = 2.5;       ///< A verb without progress for so long has stalled, s.
+  double stall_time = 1.5;       ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;      ///< s
   int max_retries = 2;           ///< Per action.
   /// Throws InputError naming every field that is not finite or not positive.

@@ -125,7 +125,7 @@ TEST(ExecutiveSim, PullsTheBoxNearWithAHook) {
     Pose X_BoxHook(Eigen::Vector3d(0, 0, -0.015));
     X_BoxHook.p.x() = 0.025 + 0.01 - 0.035;
     const planning::Plan plan = PlanBuilder()
-                                    .Pick("hook", TopGrasp({-0.185, 0.05, 0.0045}))
+                                    .Pick("hook", TopGrasp({-0.195, 0.05, 0.0045}))
                                     .Push("hook", "box", "table", X_BoxHook, OnTable(0.68, 0, 0.025))
                                     .Place("hook", "table", OnTable(0.85, 0.3, 0.01))
                                     .Pick("box", TopGrasp({0, 0, 0}))

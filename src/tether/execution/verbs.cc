@@ -11,14 +11,16 @@ namespace {
 using planning::In;
 
 // A motion has ended when the reference is this near to its goal and the hand this slow.
-constexpr double kArrived = 0.001;         // m
-constexpr double kArrivedAngle = 0.01;     // rad
-constexpr double kSlow = 0.02;             // m/s
+constexpr double kArrived = 0.001;      // m
+constexpr double kArrivedAngle = 0.01;  // rad
+constexpr double kSlow = 0.02;          // m/s
+constexpr double kSlowRate = 3;  // 1/s: slower for tight tolerances, so that the rest of the error fades
 constexpr double kShiftTolerance = 0.015;  // m
 // Contact that is felt this far before the pose is with something else, m.
 constexpr double kEarlyContact = 0.03;
-// A stalled reach this many times outside its tolerance has failed.
-constexpr double kNearlyThere = 3;
+// A stalled reach that is this near is left at that: what follows shows whether it was near enough.
+constexpr double kNearlyThere = 0.015;      // m
+constexpr double kNearlyThereAngle = 0.15;  // rad
 // The gripper has settled when its opening has changed by less than this for so long.
 constexpr double kSettledOpening = 0.0003;  // m
 constexpr double kSettledTime = 0.12;       // s
@@ -151,14 +153,14 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
           std::max(kArrivedAngle, 0.2 * verb.rotation_tolerance);
   const math::Vector6d V_WT = V_WF(frame_);
   const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(X_WH_.p - X_WF(frame_).p);
-  const bool slow = (V_WH_.head<3>() - v_rest).norm() < kSlow;
+  const bool slow = (V_WH_.head<3>() - v_rest).norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
   if (arrived && slow && there) return step().push ? MonitorPush(true) : Outcome::kDone;
 
   if (!Stalled(position_error + 0.2 * rotation_error)) return Outcome::kRunning;
   const std::string where = Millimetres(position_error) + " from its pose";
-  if (position_error < kNearlyThere * verb.position_tolerance &&
-      rotation_error < kNearlyThere * verb.rotation_tolerance) {
+  if (position_error < std::max(kNearlyThere, verb.position_tolerance) &&
+      rotation_error < std::max(kNearlyThereAngle, verb.rotation_tolerance)) {
     Record(EventKind::kStalled, "the reach ends " + where);
     return step().push ? MonitorPush(true) : Outcome::kDone;
   }
@@ -188,7 +190,7 @@ Outcome Executive::Impl::ReachUntilContact(const planning::ReachVerb& verb, doub
 
   const math::Pose X_TH = math::Between(X_WT, X_WH_);
   const double ahead = (X_TH_goal.p - X_TH.p).dot(now_.approach_T);
-  const double limit = std::max(kEarlyContact, kNearlyThere * verb.position_tolerance);
+  const double limit = std::max(kEarlyContact, verb.position_tolerance);
   if (ahead > limit) {
     Abort(EventKind::kStalled, "contact " + Millimetres(ahead) + " before the pose", step_,
           step().tool == kNone);
