@@ -35,7 +35,8 @@ constexpr std::array<std::array<double, 3>, 8> kPalette = {{{0.87, 0.44, 0.29},
                                                             {0.35, 0.67, 0.66},
                                                             {0.80, 0.47, 0.60},
                                                             {0.55, 0.45, 0.38}}};
-constexpr std::array<double, 3> kFixedColour = {0.72, 0.69, 0.64};
+constexpr std::array<std::array<double, 3>, 3> kFixedPalette = {
+    {{0.74, 0.71, 0.66}, {0.60, 0.65, 0.70}, {0.68, 0.62, 0.58}}};
 
 // 17 digits give the same double back.
 std::string Text(std::initializer_list<double> numbers) {
@@ -97,7 +98,8 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
       const Eigen::Vector4d& c = *object.rgba;
       geom->SetAttribute("rgba", Text({c[0], c[1], c[2], c[3]}).c_str());
     } else {
-      const std::array<double, 3>& c = object.movable() ? kPalette[index % kPalette.size()] : kFixedColour;
+      const std::array<double, 3>& c =
+          object.movable() ? kPalette[index % kPalette.size()] : kFixedPalette[index % kFixedPalette.size()];
       geom->SetAttribute("rgba", Text({c[0], c[1], c[2], 1}).c_str());
     }
   }
@@ -233,7 +235,7 @@ class RobotMerger {
 // the default ones held objects creep out of the gripper.
 constexpr const char* kFrame = R"(<mujoco model="tether">
   <compiler angle="radian" autolimits="true"/>
-  <option cone="elliptic" impratio="100" solver="Newton" iterations="100" tolerance="1e-9" gravity="0 0 -9.81"/>
+  <option cone="elliptic" jacobian="sparse" impratio="100" solver="Newton" iterations="100" tolerance="1e-9" gravity="0 0 -9.81"/>
   <statistic meaninertia="0.1"/>
   <size/>
   <visual>
@@ -273,11 +275,10 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   for (const scene::Robot& robot : scene.robots) {
     RobotMerger(robot, *composition.models.at(robot.name), scene.InitialPose(robot.name), root).Merge();
   }
-  int index = 0;
+  int movable = 0, fixed = 0;
   for (const scene::Object& object : scene.objects) {
-    AddObject(object, composition.X_WO.at(object.name), composition.driven.contains(object.name), index,
-              root->FirstChildElement("worldbody"));
-    if (object.movable()) ++index;
+    AddObject(object, composition.X_WO.at(object.name), composition.driven.contains(object.name),
+              object.movable() ? movable++ : fixed++, root->FirstChildElement("worldbody"));
   }
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);

@@ -98,7 +98,7 @@ mjvCamera FrameScene(const mjModel* model, const mjData* data, double aspect) {
   for (int i = 0; i < 3; ++i) camera.lookat[i] = middle[i];
   const double radius = (high - low).matrix().norm() / 2;
   const double half_view = model->vis.global.fovy * M_PI / 360;
-  camera.distance = 0.85 * radius / std::sin(std::min(half_view, std::atan(aspect * std::tan(half_view))));
+  camera.distance = 0.75 * radius / std::sin(std::min(half_view, std::atan(aspect * std::tan(half_view))));
   camera.azimuth = 140;
   camera.elevation = -28;
   return camera;

@@ -1,0 +1,65 @@
+#include "tether/sim/composer.h"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/common/error.h"
+#include "tether/common/value.h"
+#include "tether/sim/test_scenes.h"
+
+namespace tether::sim {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// The Panda with a piece of its MJCF replaced, built into a world; the message if that fails.
+std::string BuildReplaced(const std::string& from, const std::string& to) {
+  const fs::path folder = fs::path(testing::TempDir()) / "composed_robot";
+  fs::create_directories(folder);
+  const fs::path shipped = fs::path(robot::DataDirectory()) / "models" / "robots";
+  std::string mjcf = ReadFile((shipped / "panda.xml").string());
+  EXPECT_NE(mjcf.find(from), std::string::npos) << from;
+  mjcf.replace(mjcf.find(from), from.size(), to);
+  WriteFile((folder / "panda.xml").string(), mjcf);
+  WriteFile((folder / "panda.yaml").string(), ReadFile((shipped / "panda.yaml").string()));
+  scene::Scene scene;
+  scene.robots = {MakePanda()};
+  std::string message;
+  try {
+    World(scene, {{"panda", robot::Model::Load((folder / "panda.yaml").string())}}).Apply({}, 0.001);
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  fs::remove_all(folder);
+  return message;
+}
+
+TEST(ComposerTest, SectionsThatTheSceneReplacesAreLeftOut) {
+  EXPECT_EQ(BuildReplaced("<contact>", R"(<actuator><motor joint="joint1"/></actuator>
+      <sensor><jointpos joint="joint1"/></sensor>
+      <keyframe><key qpos="0 0 0 -1 0 1 0 0 0"/></keyframe>
+      <contact>)"),
+            "");
+}
+
+TEST(ComposerTest, WhatCannotBeBuiltInIsExplained) {
+  EXPECT_THAT(BuildReplaced("<compiler angle=\"radian\"", "<compiler angle=\"radian\" eulerseq=\"XYZ\""),
+              testing::AllOf(HasSubstr("panda.xml:"), HasSubstr("eulerseq is 'XYZ'")));
+  EXPECT_THAT(BuildReplaced("<contact>", "<visual/><custom/><size/><statistic/><contact>"), "");
+}
+
+TEST(ComposerTest, NamesWithMarkupAreNames) {
+  scene::Scene scene;
+  scene.objects = {MakeObject("<\"a\" & b>", geometry::Sphere{0.02}, {0, 0, 1}, 0.3)};
+  World world(scene, {});
+  world.Apply({}, 0.01);
+  EXPECT_LT(world.Truth().X_WO.at("<\"a\" & b>").p.z(), 1);
+}
+
+}  // namespace
+}  // namespace tether::sim
