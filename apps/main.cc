@@ -3,6 +3,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <functional>
 
@@ -19,9 +20,19 @@ using namespace tether::experiment;
 
 std::atomic<bool> stop_requested{false};
 
+/// The first signal asks for an end with what was found so far; another one, a second or more later, ends the
+/// program at once. Sooner ones are the same request: `timeout`, for one, signals the program and then its
+/// whole group.
 extern "C" void RequestStop(int signal) {
-  stop_requested.store(true);
-  std::signal(signal, SIG_DFL);  // a second one ends the program at once
+  static volatile std::sig_atomic_t first = 0;
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (!stop_requested.exchange(true)) {
+    first = static_cast<std::sig_atomic_t>(now.tv_sec);
+  } else if (now.tv_sec - first > 1) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
 }
 
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
