@@ -22,6 +22,9 @@ constexpr double kLostFor = 0.05;
 constexpr double kTakeOver = 0.3;
 // Obstacles are looked for every so many ticks.
 constexpr int kObstacleTicks = 4;
+// A hand this many leashes behind is no longer pulled to its reference; the reference starts over from the
+// hand.
+constexpr double kLostHand = 3;
 // Hand rise before a retry, m.
 constexpr double kRecoveryRise = 0.08;
 
@@ -335,8 +338,16 @@ void Executive::Impl::ResetReferenceToHand() {
 void Executive::Impl::MoveReference() {
   MotionLimits limits = options_.motion;
   limits.speed = std::min(limits.speed, now_.speed > 0 ? now_.speed : limits.speed);
-  const math::Pose X_WRef = X_WR();
-  const double lag = (X_WRef.p - X_WH_.p).norm();
+  math::Pose X_WRef = X_WR();
+  double lag = (X_WRef.p - X_WH_.p).norm();
+  if (lag > kLostHand * options_.leash) {
+    // The target jumped: the hand follows at its own speed, from where it is.
+    const VerbState now = now_;
+    ResetReferenceToHand();
+    now_ = now;
+    X_WRef = X_WH_;
+    lag = 0;
+  }
   const double turn_lag = math::AngleBetween(X_WRef.R, X_WH_.R);
   const double slack =
       std::clamp(2 - std::max(lag / options_.leash, turn_lag / (10 * options_.leash)), 0.0, 1.0);
@@ -372,6 +383,10 @@ void Executive::Impl::MoveReference() {
     const Passage passage =
         CheckPassage(body_bounds_, X_WRef.p, X_WG.p, obstacle_bounds_, options_.transit, ceiling);
     X_TWaypoint = math::Between(X_WT, TransitWaypoint(passage, X_WRef, X_WG));
+  }
+  if (now_.funnel_length > 0) {
+    const math::Pose X_TH = math::Between(X_WF(frame_), X_WH_);
+    X_TWaypoint = FunnelWaypoint(now_.X_TG, now_.funnel_T, now_.funnel_length, reference_.X_TR(), X_TH);
   }
   reference_.Advance(X_TWaypoint, limits, options_.period);
 }

@@ -28,6 +28,8 @@ struct VerbState {
   math::Pose X_TG;       ///< Where the reference goes, hand pose in the target frame.
   double speed = 0;      ///< Greatest linear speed, m/s.
   bool transit = false;  ///< What stands in the way is passed above.
+  Eigen::Vector3d funnel_T = Eigen::Vector3d::UnitZ();  ///< Direction of the last stretch, unit.
+  double funnel_length = 0;                             ///< Its length, m; 0: no last stretch.
   double least_error = std::numeric_limits<double>::infinity();
   double progress_time = 0;
   double quiet_time = 0;  ///< How long a condition has held, s.
@@ -67,6 +69,7 @@ struct Executive::Impl {
   Outcome ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
   Outcome MonitorPush(bool finished);
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
+  bool OutOfReach(const math::Pose& X_TH) const;
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
   void Hold();

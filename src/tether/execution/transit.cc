@@ -14,6 +14,10 @@ constexpr double kAboveGoal = 0.01;
 constexpr double kTurned = 0.1;
 // So far below the safe height the way leads across already, m.
 constexpr double kRisen = 0.01;
+// So far beside the line (m) the last stretch may still go on; beyond, it starts this many times the excess
+// before the goal.
+constexpr double kBeside = 0.01;
+constexpr double kFunnelSlope = 2;
 
 // Half extents of a primitive along the axes of the frame whose rotation is R.
 Eigen::Vector3d HalfExtents(const geometry::Primitive& primitive, const Eigen::Matrix3d& R) {
@@ -95,6 +99,18 @@ math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const
     return {X_WR.R, Eigen::Vector3d(X_WR.p.x(), X_WR.p.y(), height)};
   }
   return {X_WG.R, Eigen::Vector3d(X_WG.p.x(), X_WG.p.y(), height)};
+}
+
+math::Pose FunnelWaypoint(const math::Pose& X_TG, const Eigen::Vector3d& direction, double length,
+                          const math::Pose& X_TR, const math::Pose& X_TH) {
+  const Eigen::Vector3d offset = X_TH.p - X_TG.p;
+  const double beside =
+      (offset - direction * direction.dot(offset)).norm() + 0.1 * math::AngleBetween(X_TH.R, X_TG.R);
+  const double back = std::clamp(kFunnelSlope * (beside - kBeside), 0.0, length);
+  if (back == 0) return X_TG;
+  const double before = -(X_TR.p - X_TG.p).dot(direction);
+  if (before < back - kRisen) return {X_TR.R, X_TR.p - direction * (back - before)};
+  return {X_TG.R, X_TG.p - direction * back};
 }
 
 }  // namespace tether::execution

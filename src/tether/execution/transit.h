@@ -44,4 +44,11 @@ Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_f
 /// passed above: straight up to the safe height, across, and straight down onto the goal.
 math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const math::Pose& X_WG);
 
+/// Where the last stretch to a goal should head now. It leads along the unit direction `direction`, from
+/// `length` m before the goal. The further the hand is beside that line (m, and 0.1 m per rad), the further
+/// back it must be: a hand that is too low steps back first, then aligns, then advances, instead of sweeping
+/// what it reaches for away. All in one frame: the goal G, the reference R and the measured hand H.
+math::Pose FunnelWaypoint(const math::Pose& X_TG, const Eigen::Vector3d& direction, double length,
+                          const math::Pose& X_TR, const math::Pose& X_TH);
+
 }  // namespace tether::execution

@@ -30,6 +30,8 @@ constexpr double kTargetMoves = 0.005;
 // A pusher that moved so far without taking the object along has lost it.
 constexpr double kPushSlack = 0.06;  // m
 constexpr double kPushShare = 0.3;
+// A pose so far outside the reach is not tried, m.
+constexpr double kBeyondReach = 0.1;
 // Time constant with which slip in the hand is followed, s.
 constexpr double kSlipTime = 0.05;
 
@@ -117,6 +119,21 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
   const bool moves = way.norm() > 0.002;
   now_.approach_T = moves ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
   contact_.Start();
+
+  // The last of several reaches of a step approaches along the way from the pose before.
+  const auto* before =
+      verb_ > 0 ? std::get_if<planning::ReachVerb>(&verbs()[static_cast<size_t>(verb_ - 1)]) : nullptr;
+  if (before == nullptr || step().push) return;
+  const Eigen::Vector3d stretch = (X_TTool * X_ToolHand_).p - (ToolGoal(*before) * X_ToolHand_).p;
+  if (stretch.norm() < 0.005) return;
+  now_.funnel_length = stretch.norm();
+  now_.funnel_T = stretch.normalized();
+}
+
+bool Executive::Impl::OutOfReach(const math::Pose& X_TH) const {
+  const robot::Reach& reach = model_->reach();
+  const math::Pose X_BH = math::Between(X_WB_, X_WF(frame_) * X_TH);
+  return (X_BH * reach.wrist_hand - reach.centre).norm() > reach.max + kBeyondReach;
 }
 
 Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
@@ -139,6 +156,11 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
   }
   const math::Pose X_TTool = ToolGoal(verb);
   now_.X_TG = X_TTool * X_ToolHand_;
+  if (OutOfReach(now_.X_TG)) {
+    Abort(EventKind::kStalled, "'" + plan_step().target + "' is where the arm can't reach the pose",
+          step().push ? step().action_start : step_, false);
+    return Outcome::kAborted;
+  }
   const auto [position_error, rotation_error] = ToolError(X_TTool);
   records_[static_cast<size_t>(step_)].position_error = position_error;
   records_[static_cast<size_t>(step_)].rotation_error = rotation_error;
