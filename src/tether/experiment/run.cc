@@ -29,7 +29,7 @@ class Run {
         options_(options),
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
-        executive_(scene, scenario.models, plan, MakeExecutiveOptions(period_)),
+        executive_(scene, scenario.models, plan, MakeExecutiveOptions(scenario)),
         done_(options.events.size(), false) {
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
@@ -59,9 +59,19 @@ class Run {
   }
 
  private:
-  static execution::ExecutiveOptions MakeExecutiveOptions(double period) {
+  static execution::ExecutiveOptions MakeExecutiveOptions(const Scenario& scenario) {
+    const ExecutionSettings& settings = scenario.execution;
+    if (settings.controller != "operational_space") {
+      throw InputError(
+          {{Location{scenario.path, 0, 0},
+            "'controller' of 'execution' is '" + settings.controller + "', which is not supported yet",
+            "accepted: operational_space"}});
+    }
     execution::ExecutiveOptions options;
-    options.period = period;
+    options.period = 1.0 / settings.rate;
+    if (settings.gain) options.gains.position = options.gains.rotation = *settings.gain;
+    if (settings.damping) options.gains.position_damping = options.gains.rotation_damping = *settings.damping;
+    options.gains.Validate();
     return options;
   }
 

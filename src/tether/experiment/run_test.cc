@@ -88,6 +88,17 @@ TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
   EXPECT_EQ(stopped.sim_time_s, 0);
 }
 
+TEST(RunTest, WhatTheControllerCannotDoIsBadInput) {
+  Prepared prepared = OneBlock();
+  prepared.scenario.execution.controller = "constrained_velocity";
+  EXPECT_THROW(RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {}),
+               InputError);
+  prepared.scenario.execution.controller = "operational_space";
+  prepared.scenario.execution.gain = 0;
+  EXPECT_THROW(RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {}),
+               InputError);
+}
+
 TEST(RunTest, TheReportHasThePromisedKeys) {
   Prepared prepared = OneBlock();
   prepared.scenario.execution.timeout_s = 0.05;
