@@ -52,15 +52,17 @@ struct Executive::Impl {
   void EnterStep(int index);
   void FinishStep();
   void MonitorGrasp();
-  void Command(robot::Command* command);
-  void WatchController();
-  void MoveReference();
-  void AimPosture();
-  void AvoidObstacles(control::HandTarget* target);
   void Record(EventKind kind, std::string text);
   void Abort(EventKind kind, const std::string& reason, int resume, bool open);
 
-  // verbs.cc
+  // servo.cc: from the verb's goal to torques.
+  void MoveReference();
+  void AimPosture();
+  void AvoidObstacles(control::HandTarget* target);
+  void Command(robot::Command* command);
+  void WatchController();
+
+  // verbs.cc: each returns whether it is done.
   Outcome Run(const planning::ReachVerb& verb);
   Outcome Run(const planning::ShiftVerb& verb);
   Outcome Run(const planning::GripperVerb& verb);
@@ -74,7 +76,7 @@ struct Executive::Impl {
   bool Stalled(double error);
   void Hold();
 
-  // Frames.
+  // servo.cc: frames.
   math::Pose X_WF(const AttachedFrame& frame) const;
   math::Vector6d V_WF(const AttachedFrame& frame) const;
   math::Pose X_WR() const { return X_WF(frame_) * reference_.X_TR(); }
@@ -137,7 +139,7 @@ struct Executive::Impl {
   std::map<int, int> retries_;  ///< By action index.
   int retry_count_ = 0;
   bool estimate_bad_ = false;
-  bool limit_reported_ = false;
+  bool limit_reported_ = false;  ///< In this step.
   bool fault_reported_ = false;
   std::vector<Event> events_;
   std::vector<StepRecord> records_;

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
-#include "tether/execution/execution_fixture.h"
 #include "tether/execution/resolved_plan.h"
+#include "tether/execution/test_plans.h"
 
 // Counts heap allocations of the whole program, Eigen's included. Sanitizers have a malloc of their own.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)

@@ -108,7 +108,8 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
   }
   const math::Pose X_TTool = ToolGoal(verb);
   const math::Pose X_BTool = math::Between(X_WB_, X_WT * X_TTool);
-  const bool choose = step().tool == kNone && !step().push && verb_ == step().first_reach;
+  // Turning the hand would turn what it holds.
+  const bool choose = step().tool == kNone && held_ == kNone && !step().push && verb_ == step().first_reach;
   const math::Pose candidates[] = {choose ? X_BTool : X_BTool * X_ToolHand_, X_BTool * HalfTurn()};
   posture_search_.Start(state_.q(), candidates, choose ? 2 : 1);
   now_.phase = choose ? 0 : 1;

@@ -3,7 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/execution/execution_fixture.h"
+#include "physics/run_plan.h"
+#include "tether/execution/test_plans.h"
 
 namespace tether::execution {
 namespace {
