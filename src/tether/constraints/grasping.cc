@@ -23,6 +23,8 @@ constexpr double kOpeningSlack = 0.005;
 constexpr double kPalmClearance = 0.005;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
+// Of grasps that are otherwise as good, the one with less turning of the hand, m per rad.
+constexpr double kTurnWeight = 1e-4;
 // Without a robot model: a parallel gripper of common size.
 constexpr double kDefaultOpening = 0.08;
 
@@ -84,9 +86,9 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
 
 /// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
-  double score = grasp.width;
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), part.X_SP.p);
+  double score = grasp.width + kTurnWeight * math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
     double clearance = kFingerClearance;
     for (const scene::Object& other : context.scene().objects) {

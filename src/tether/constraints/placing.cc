@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tether/constraints/kinds.h"
@@ -19,6 +20,12 @@ using nlp::Role;
 constexpr size_t kMostCorners = 8;
 // A footprint that fits with less room than this is not asked to fit, m.
 constexpr double kLeastSlack = 5e-4;
+// A guess keeps this far from other things, m; where it can't, it looks around in rings of this width, m.
+constexpr double kFreeDistance = 0.02;
+constexpr double kRingWidth = 0.03;
+constexpr int kRings = 6;
+// A guess goes this far from the edge towards the middle, m.
+constexpr double kInwards = 0.05;
 
 /// How much of `object` must be over the support: its whole footprint where that fits, else its centre of
 /// mass.
@@ -147,6 +154,19 @@ bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose&
   return true;
 }
 
+/// Distance from the object at X_BA to the nearest thing that does not carry it, m.
+double RoomAround(const Context& context, const std::string& object, const std::string& by, const Pose& X_BA) {
+  const int before = context.step() - 1;
+  const Pose X_WA = context.PoseAt({by, before}) * X_BA;
+  double room = std::numeric_limits<double>::infinity();
+  for (const scene::Object& other : context.scene().objects) {
+    if (other.name == object || other.name == by) continue;
+    const Pose X_WOther = context.PoseAt({other.name, before});
+    room = std::min(room, geometry::SignedDistance(*context.ShapeOf(object), X_WA, other.shape, X_WOther).distance);
+  }
+  return room;
+}
+
 void GuessSupported(const Context& context, const Parameters& parameters, Pose& X_TC) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
@@ -157,25 +177,50 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
       FindDemand(*context.ShapeOf(object), placement->foot, placement->support, parameters.Number("margin"));
   const std::vector<FaceEdge> edges = EdgesOf(placement->support);
   const Vector3d& up = placement->support.normal;
-  Vector3d middle = CentroidOf(placement->support) -
-                    X_TC.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
-  middle += up * up.dot(X_TC.p - middle);
+  const Pose start = X_TC;
   // The nearest yaw, and for it the nearest place on the way to the middle, where the demand holds.
-  for (int turn = 0; turn < 24; ++turn) {
-    const double yaw = (turn % 2 == 0 ? 1 : -1) * ((turn + 1) / 2) * (std::numbers::pi / 12);
-    Pose X(math::ExpSO3(up * yaw) * X_TC.R, X_TC.p);
-    Vector3d goal = CentroidOf(placement->support) -
-                    X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
-    goal += up * up.dot(X_TC.p - goal);
-    for (int i = 0; i <= 40; ++i) {
-      X.p = X_TC.p + (goal - X_TC.p) * (i / 40.0);
-      if (Holds(demand, edges, X)) {
+  const auto place = [&](const Vector3d& from) {
+    for (int turn = 0; turn < 24; ++turn) {
+      const double yaw = (turn % 2 == 0 ? -1 : 1) * ((turn + 1) / 2) * (std::numbers::pi / 12);
+      Pose X(math::ExpSO3(up * yaw) * start.R, from);
+      Vector3d goal = CentroidOf(placement->support) -
+                      X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
+      goal += up * up.dot(from - goal);
+      for (int i = 0; i <= 40; ++i) {
+        X.p = from + (goal - from) * (i / 40.0);
+        if (!Holds(demand, edges, X)) continue;
         X_TC = X;
-        return;
+        // Not at the very edge: on towards the middle, as far as that is sensible.
+        const Vector3d rest = goal - X.p;
+        Demand roomy = demand;
+        roomy.margin += kInwards;
+        if (rest.norm() > 0 && !Holds(roomy, edges, X)) X_TC.p += rest * std::min(0.7, kInwards / rest.norm());
+        return true;
+      }
+    }
+    return false;
+  };
+  if (!place(start.p)) {
+    X_TC.p += CentroidOf(placement->support) - X_TC * CentroidOf(placement->foot);
+    return;
+  }
+  // If something stands there, look around in widening rings for where it is clearest.
+  const Vector3d x = up.unitOrthogonal(), y = up.cross(x);
+  const Pose first = X_TC;
+  Pose best = X_TC;
+  double best_room = RoomAround(context, object, by, best);
+  for (int ring = 1; ring <= kRings && best_room < kFreeDistance; ++ring) {
+    for (int i = 0; i < 12; ++i) {
+      const double angle = i * std::numbers::pi / 6;
+      place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y));
+      const double room = RoomAround(context, object, by, X_TC);
+      if (room > best_room + 1e-9) {
+        best = X_TC;
+        best_room = room;
       }
     }
   }
-  X_TC.p = middle;
+  X_TC = best;
 }
 
 void BuildSupported(const Context& context, const Parameters& parameters, RowSink& sink) {

@@ -15,7 +15,7 @@ using nlp::Role;
 
 // Between a tool that pushes and the surface that it passes over, m: room for the tool to sag.
 constexpr double kToolHeight = 0.004;
-// How far inside its ends a line or face of contact takes the push, m.
+// How far inside its ends a line or face of contact takes the push at least, m.
 constexpr double kEndMargin = 0.01;
 // A point of contact may be this far beside the centre of mass, m.
 constexpr double kPointOffset = 0.002;
@@ -144,7 +144,9 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
     const Vector3d along_A = contact->form == Contact::Form::kLine
                                  ? contact->direction_A
                                  : Vector3d(ToolDown(context, a).cross(contact->direction_A).normalized());
-    const double half = contact->half_width - std::min(kEndMargin, 0.5 * contact->half_width);
+    // The object's own half-width, so that the tool reaches over the side that it presses, or half of the tool's.
+    const double side = std::max(kEndMargin, geometry::Support(*context.ShapeOf(b), across) - across.dot(com_B));
+    const double half = contact->half_width - std::min(side, 0.5 * contact->half_width);
     const double middle = along_A.dot(part.X_SP.p);
     rows.push_back({com_B, along_A, middle + half});
     rows.push_back({com_B, -along_A, -middle + half});

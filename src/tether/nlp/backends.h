@@ -32,6 +32,7 @@ class Monitor {
   void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
 
   int max_iterations() const { return options_.max_iterations; }
+  double constraint_tolerance() const { return options_.constraint_tolerance; }
   double SecondsLeft() const;
 
   /// The result at x: judged by Assess, in the program's own terms. `status` and `message` are the backend's;

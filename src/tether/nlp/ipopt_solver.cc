@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -111,8 +112,8 @@ class IpoptProgram : public Ipopt::TNLP {
     return true;
   }
 
-  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number, Number, Number, Number,
-                             Number, Number, Number, Number, Index, const Ipopt::IpoptData* data,
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number cost, Number violation, Number,
+                             Number, Number, Number, Number, Number, Index, const Ipopt::IpoptData* data,
                              Ipopt::IpoptCalculatedQuantities* quantities) override {
     iterations_ = iteration;
     // In the restoration phase the iterate belongs to another problem; the trace shows the steps between.
@@ -127,13 +128,18 @@ class IpoptProgram : public Ipopt::TNLP {
         monitor_.Record(first_iteration_ + iteration, view_, x_);
       }
     }
-    return !monitor_.ReasonToEnd().has_value();
+    if (mode == Ipopt::RegularMode) NoteProgress(cost, violation);
+    return !monitor_.ReasonToEnd().has_value() && !settled();
   }
+
+  /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never settle and the iterates
+  /// jump between their two sides, but the point has settled. The most feasible of those iterates is the result.
+  bool settled() const { return quiet_iterations_ >= kQuietIterations; }
 
   void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,
                          const Number*, const Number*, Number, const Ipopt::IpoptData*,
                          Ipopt::IpoptCalculatedQuantities*) override {
-    x_ = Eigen::VectorXd::Map(x, view_.num_variables());
+    x_ = settled() ? settled_x_ : Eigen::VectorXd(Eigen::VectorXd::Map(x, view_.num_variables()));
   }
 
  private:
@@ -158,9 +164,33 @@ class IpoptProgram : public Ipopt::TNLP {
     }
   }
 
+  void NoteProgress(double cost, double violation) {
+    const bool quiet = violation <= kQuietViolation &&
+                       std::abs(cost - reference_cost_) <= kQuietChange * (1 + std::abs(cost));
+    if (!quiet) {
+      quiet_iterations_ = 0;
+      reference_cost_ = cost;
+      least_violation_ = std::numeric_limits<double>::infinity();
+      return;
+    }
+    ++quiet_iterations_;
+    if (violation < least_violation_) {
+      least_violation_ = violation;
+      settled_x_ = x_;
+    }
+  }
+
+  static constexpr int kQuietIterations = 12;
+  static constexpr double kQuietChange = 1e-4;     // of the cost, relative
+  static constexpr double kQuietViolation = 3e-4;  // m, rad
+
   VectorView& view_;
   Monitor& monitor_;
   int first_iteration_;
+  int quiet_iterations_ = 0;
+  double reference_cost_ = std::numeric_limits<double>::infinity();
+  double least_violation_ = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd settled_x_;
   int padding_ = 0;
   int iterations_ = 0;
   Eigen::VectorXd x_;
@@ -218,7 +248,9 @@ Outcome RunIpopt(IpoptProgram& program, const Options& options, HessianKind hess
   if (app->Initialize(std::string()) != Ipopt::Solve_Succeeded)
     return {Status::kFailed, "IPOPT did not initialise"};
   // The program lives on the caller's stack; the pointer only counts references.
-  return Read(app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(&program)));
+  const Outcome outcome = Read(app->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(&program)));
+  if (program.settled()) return {Status::kSolved, "settled"};
+  return outcome;
 }
 
 /// This IPOPT's linear solver keeps global state: two solves at once crash.

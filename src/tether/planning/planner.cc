@@ -75,7 +75,7 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
   bool all_refuted = true;
   VariantQueue variants(options.max_variants);
   while (const auto variant = variants.Next()) {
-    for (int start = 0; start <= options.restarts; ++start) {
+    for (int start = 0; start < std::max(1, options.starts); ++start) {
       if (limits.Over()) break;
       const KeyPoseProgram key_poses = BuildProgram(facts, steps, *variant, start == 0 ? 0 : 0.5,
                                                     random.Split("start " + std::to_string(start)));
@@ -95,22 +95,27 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
       if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) continue;
       Plan plan = MakePlan(problem, actions, steps, result.x);
       const CheckResult check = CheckPlan(problem, plan);
-      const double violation = check.max_violation_m + check.max_violation_rad;
-      if (!least_violation || violation < *least_violation) {
+      plan.cost = check.cost;
+      const bool feasible = check.Feasible(options);
+      // Two starts that end at the same cost are taken at their word.
+      if (feasible && least_violation == 0.0 && std::abs(plan.cost - report.plan.cost) < 1e-4 * (1 + plan.cost)) break;
+      // What is within the tolerance counts as none: then the cost decides.
+      const double violation = feasible ? 0 : check.max_violation_m + check.max_violation_rad;
+      if (!least_violation || violation < *least_violation ||
+          (violation == *least_violation && plan.cost < report.plan.cost)) {
         least_violation = violation;
-        plan.cost = check.cost;
         report.plan = std::move(plan);
         report.max_violation_m = check.max_violation_m;
         report.max_violation_rad = check.max_violation_rad;
         report.reason = check.Worst();
         report.trace = result.trace;
       }
-      if (check.Feasible(options)) {
-        report.status = CandidateStatus::kFeasible;
-        report.reason.clear();
-        report.optimize_s = Seconds(begin);
-        return report;
-      }
+    }
+    if (least_violation == 0.0) {
+      report.status = CandidateStatus::kFeasible;
+      report.reason.clear();
+      report.optimize_s = Seconds(begin);
+      return report;
     }
     if (limits.Over()) break;
   }

@@ -41,7 +41,7 @@ struct ProgramOptions {
   nlp::Backend backend = nlp::Backend::kIpopt;
   nlp::Options solver;
   int max_variants = 12;  ///< Discrete ways (grasps, contacts) tried per candidate.
-  int restarts = 2;       ///< Random starts for a way whose first start fails.
+  int starts = 3;         ///< Starts per way, the first from the scene, the others displaced at random; the cheapest result counts.
 };
 
 /// Limits of the search for candidates.

@@ -130,8 +130,8 @@ void AddCosts(const Problem& problem, int num_steps, ProgramSink& sink) {
 
 Pose Noise(Random& random, double scale) {
   math::Vector6d delta;
-  for (int i = 0; i < 3; ++i) delta[i] = 0.1 * scale * random.Normal();
-  for (int i = 3; i < 6; ++i) delta[i] = 0.5 * scale * random.Normal();
+  for (int i = 0; i < 3; ++i) delta[i] = 0.12 * scale * random.Normal();
+  for (int i = 3; i < 6; ++i) delta[i] = 0.2 * scale * random.Normal();
   return math::ExpSE3(delta);
 }
 
