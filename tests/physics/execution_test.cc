@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -178,6 +179,33 @@ TEST(ExecutiveSim, PicksUpWhatItLost) {
   EXPECT_EQ(run.Count(EventKind::kGraspLost), 1) << run.Log();
   EXPECT_EQ(run.Count(EventKind::kGrasped), 2) << run.Log();
   ExpectAt(run, "box", {0.45, -0.2, 0.025}, 0.004);
+}
+
+// With nothing in the hand, the hand itself pushes.
+TEST(ExecutiveSim, PushesWithTheHand) {
+  scene::Scene scene = TableScene();
+  scene.objects.push_back(MakeObject("bar", geometry::Primitive(geometry::Box{{0.12, 0.05, 0.05}}),
+                                     Pose(Eigen::Vector3d(0.5, 0.15, 0.025))));
+  const planning::Plan plan = PlanBuilder()
+                                  .Push("hand", "bar", "table", TopGrasp({0, 0.037, 0}, std::numbers::pi / 2),
+                                        OnTable(0.5, -0.05, 0.025))
+                                  .Build();
+  const RunResult run = RunPlan(scene, plan);
+  EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+  EXPECT_EQ(run.retries, 0) << run.Log();
+  ExpectAt(run, "bar", {0.5, -0.05, 0.025}, 0.01);
+}
+
+// Moving and turning the whole world, robot included, changes nothing.
+TEST(ExecutiveSim, DoesNotCareWhereTheWorldIs) {
+  const Pose X_WorldHere(math::ExpSO3({0, 0, 2}), {1, -2, 0.3});
+  scene::Scene scene = OneBox();
+  for (scene::Object& object : scene.objects) object.X_ParentObject = X_WorldHere * object.X_ParentObject;
+  scene.robots[0].X_ParentBase = X_WorldHere;
+  const RunResult run = RunPlan(scene, PickAndPlace());
+  EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+  EXPECT_EQ(run.retries, 0) << run.Log();
+  ExpectAt(run, "box", X_WorldHere * Eigen::Vector3d(0.45, -0.2, 0.025), 0.004);
 }
 
 TEST(ExecutiveSim, IsDeterministic) {
