@@ -17,6 +17,8 @@ using nlp::Role;
 constexpr double kToolHeight = 0.004;
 // How far inside its ends a line or face of contact takes the push at least, m.
 constexpr double kEndMargin = 0.01;
+// Of half the friction angle, how much a planned push may use.
+constexpr double kConeShare = 0.5;
 // A point of contact may be this far beside the centre of mass, m.
 constexpr double kPointOffset = 0.002;
 // A first guess of how far to push, m.
@@ -124,9 +126,9 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   const Vector3d across = up_B.cross(n);
   const geometry::Part& part = ToolPart(context, a, *contact);
 
-  // The push stays within half the friction angle of the contact normal (ERRATA A13). Linear in the
+  // Real contacts creep sideways long before they slip, so a planned push uses only part of what ERRATA A13 allows. Linear in the
   // displacement, so that a push of no length is allowed and has no direction to be undefined (ERRATA A5).
-  const double k = std::tan(HalfFrictionAngle(context, a, b));
+  const double k = std::tan(kConeShare * HalfFrictionAngle(context, a, b));
   sink.Add(Role::kInequality, label + ": direction within half the friction angle",
            MakeDisplacement({across + k * n, -across + k * n}),
            {{c, before}, {b, before}, {c, after}, {b, after}});
@@ -290,7 +292,7 @@ Kind TouchKind() {
 
 Kind PushNormalKind() {
   return {"push_normal",
-          "Stated at the step that moves the object: the push is within half the friction angle of the "
+          "Stated at the step that moves the object: the push is well within half the friction angle of the "
           "contact's normal, the contact takes in "
           "the centre of mass and is no higher than it, and the tool clears the surface. A push of no length "
           "is allowed.",

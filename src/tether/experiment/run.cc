@@ -8,6 +8,7 @@
 #include <memory>
 #include <thread>
 
+#include "tether/common/log.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/planning/plan_file.h"
 #include "tether/sim/renderer.h"
@@ -122,6 +123,8 @@ class Run {
       const execution::Event event = executive_.events()[seen_];
       if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
+      if (event.kind == execution::EventKind::kStalled) LogContacts();
+      if (event.kind == execution::EventKind::kStepStarted || event.kind == execution::EventKind::kStepFinished) LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = executive_.plan().steps;
         Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
@@ -139,6 +142,32 @@ class Run {
       done_[i] = true;
       Record(world_.time(), "disturbance", executive_.step(), event.Describe());
       world_.MoveObject(event.object, Goal(event), event.over);
+    }
+  }
+
+  /// What touches what, for --verbose: why a motion may have stopped.
+  void LogContacts() const {
+    std::vector<std::string> bodies;
+    for (const scene::Object& object : scene_.objects) bodies.push_back(object.name);
+    for (const scene::Robot& robot : scene_.robots) bodies.push_back(robot.name);
+    for (size_t i = 0; i < bodies.size(); ++i) {
+      for (size_t j = i + 1; j < bodies.size(); ++j) {
+        const double force = world_.ContactForce(bodies[i], bodies[j]);
+        if (force > 0) LogDebug(bodies[i] + " and " + bodies[j] + " press with " + std::to_string(force) + " N");
+      }
+    }
+  }
+
+  /// Where things truly are, for --verbose.
+  void LogPoses() const {
+    for (const scene::Object& object : scene_.objects) {
+      if (!object.movable()) continue;
+      const math::Pose& X = truth_.X_WO.at(object.name);
+      const Eigen::Vector3d w = math::LogSO3(X.R);
+      char text[200];
+      std::snprintf(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad", object.name.c_str(), X.p.x(),
+                    X.p.y(), X.p.z(), w.x(), w.y(), w.z());
+      LogDebug(text);
     }
   }
 
