@@ -88,7 +88,8 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), part.X_SP.p);
-  double score = grasp.width + kTurnWeight * math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
+  double score =
+      grasp.width + kTurnWeight * math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
     double clearance = kFingerClearance;
     for (const scene::Object& other : context.scene().objects) {

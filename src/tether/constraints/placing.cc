@@ -155,14 +155,16 @@ bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose&
 }
 
 /// Distance from the object at X_BA to the nearest thing that does not carry it, m.
-double RoomAround(const Context& context, const std::string& object, const std::string& by, const Pose& X_BA) {
+double RoomAround(const Context& context, const std::string& object, const std::string& by,
+                  const Pose& X_BA) {
   const int before = context.step() - 1;
   const Pose X_WA = context.PoseAt({by, before}) * X_BA;
   double room = std::numeric_limits<double>::infinity();
   for (const scene::Object& other : context.scene().objects) {
     if (other.name == object || other.name == by) continue;
     const Pose X_WOther = context.PoseAt({other.name, before});
-    room = std::min(room, geometry::SignedDistance(*context.ShapeOf(object), X_WA, other.shape, X_WOther).distance);
+    room = std::min(room,
+                    geometry::SignedDistance(*context.ShapeOf(object), X_WA, other.shape, X_WOther).distance);
   }
   return room;
 }
@@ -194,7 +196,8 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
         const Vector3d rest = goal - X.p;
         Demand roomy = demand;
         roomy.margin += kInwards;
-        if (rest.norm() > 0 && !Holds(roomy, edges, X)) X_TC.p += rest * std::min(0.7, kInwards / rest.norm());
+        if (rest.norm() > 0 && !Holds(roomy, edges, X))
+          X_TC.p += rest * std::min(0.7, kInwards / rest.norm());
         return true;
       }
     }

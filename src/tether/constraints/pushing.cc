@@ -126,8 +126,9 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   const Vector3d across = up_B.cross(n);
   const geometry::Part& part = ToolPart(context, a, *contact);
 
-  // Real contacts creep sideways long before they slip, so a planned push uses only part of what ERRATA A13 allows. Linear in the
-  // displacement, so that a push of no length is allowed and has no direction to be undefined (ERRATA A5).
+  // Real contacts creep sideways long before they slip, so a planned push uses only part of what ERRATA A13
+  // allows. Linear in the displacement, so that a push of no length is allowed and has no direction to be
+  // undefined (ERRATA A5).
   const double k = std::tan(kConeShare * HalfFrictionAngle(context, a, b));
   sink.Add(Role::kInequality, label + ": direction within half the friction angle",
            MakeDisplacement({across + k * n, -across + k * n}),
@@ -146,8 +147,10 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
     const Vector3d along_A = contact->form == Contact::Form::kLine
                                  ? contact->direction_A
                                  : Vector3d(ToolDown(context, a).cross(contact->direction_A).normalized());
-    // The object's own half-width, so that the tool reaches over the side that it presses, or half of the tool's.
-    const double side = std::max(kEndMargin, geometry::Support(*context.ShapeOf(b), across) - across.dot(com_B));
+    // The object's own half-width, so that the tool reaches over the side that it presses, or half of the
+    // tool's.
+    const double side =
+        std::max(kEndMargin, geometry::Support(*context.ShapeOf(b), across) - across.dot(com_B));
     const double half = contact->half_width - std::min(side, 0.5 * contact->half_width);
     const double middle = along_A.dot(part.X_SP.p);
     rows.push_back({com_B, along_A, middle + half});

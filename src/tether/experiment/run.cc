@@ -124,7 +124,9 @@ class Run {
       if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
       if (event.kind == execution::EventKind::kStalled) LogContacts();
-      if (event.kind == execution::EventKind::kStepStarted || event.kind == execution::EventKind::kStepFinished) LogPoses();
+      if (event.kind == execution::EventKind::kStepStarted ||
+          event.kind == execution::EventKind::kStepFinished)
+        LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = executive_.plan().steps;
         Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
@@ -153,7 +155,8 @@ class Run {
     for (size_t i = 0; i < bodies.size(); ++i) {
       for (size_t j = i + 1; j < bodies.size(); ++j) {
         const double force = world_.ContactForce(bodies[i], bodies[j]);
-        if (force > 0) LogDebug(bodies[i] + " and " + bodies[j] + " press with " + std::to_string(force) + " N");
+        if (force > 0)
+          LogDebug(bodies[i] + " and " + bodies[j] + " press with " + std::to_string(force) + " N");
       }
     }
   }
@@ -165,8 +168,8 @@ class Run {
       const math::Pose& X = truth_.X_WO.at(object.name);
       const Eigen::Vector3d w = math::LogSO3(X.R);
       char text[200];
-      std::snprintf(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad", object.name.c_str(), X.p.x(),
-                    X.p.y(), X.p.z(), w.x(), w.y(), w.z());
+      std::snprintf(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad",
+                    object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
       LogDebug(text);
     }
   }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <limits>
-#include <limits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -112,8 +111,9 @@ class IpoptProgram : public Ipopt::TNLP {
     return true;
   }
 
-  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number cost, Number violation, Number,
-                             Number, Number, Number, Number, Number, Index, const Ipopt::IpoptData* data,
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number cost, Number violation,
+                             Number, Number, Number, Number, Number, Number, Index,
+                             const Ipopt::IpoptData* data,
                              Ipopt::IpoptCalculatedQuantities* quantities) override {
     iterations_ = iteration;
     // In the restoration phase the iterate belongs to another problem; the trace shows the steps between.
@@ -132,8 +132,9 @@ class IpoptProgram : public Ipopt::TNLP {
     return !monitor_.ReasonToEnd().has_value() && !settled();
   }
 
-  /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never settle and the iterates
-  /// jump between their two sides, but the point has settled. The most feasible of those iterates is the result.
+  /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never
+  /// settle and the iterates jump between their two sides, but the point has settled. The most feasible of
+  /// those iterates is the result.
   bool settled() const { return quiet_iterations_ >= kQuietIterations; }
 
   void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,

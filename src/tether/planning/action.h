@@ -19,19 +19,19 @@ enum class In { kControl, kTarget, kHand, kWorld };
 struct ReachVerb {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< m, in the frame `in`
   In in = In::kControl;
-  double speed = 0.25;                               ///< Greatest linear speed, m/s
-  double position_tolerance = 0.01;                  ///< m
-  double rotation_tolerance = 0.05;                  ///< rad
-  bool until_contact = false;                        ///< Ends at contact too.
-  std::string objective;                             ///< Empty: the full pose. Else a registered objective.
-  Value constraints;                                 ///< Extra control constraints, as written.
+  double speed = 0.25;               ///< Greatest linear speed, m/s
+  double position_tolerance = 0.01;  ///< m
+  double rotation_tolerance = 0.05;  ///< rad
+  bool until_contact = false;        ///< Ends at contact too.
+  std::string objective;             ///< Empty: the full pose. Else a registered objective.
+  Value constraints;                 ///< Extra control constraints, as written.
 };
 
 /// Move the hand relative to where it is when the verb starts.
 struct ShiftVerb {
   Eigen::Vector3d by = Eigen::Vector3d::Zero();  ///< m, in the frame `in`
   In in = In::kWorld;
-  double speed = 0.15;                           ///< m/s
+  double speed = 0.15;  ///< m/s
 };
 
 /// Open the gripper, or close it on an object.
@@ -53,8 +53,8 @@ struct ConstraintSpec {
   Location where;
 };
 
-/// One key pose of an action: which frame is controlled relative to which, what must hold, how it is executed. Names are the
-/// action's parameters, "hand", or names of the scene.
+/// One key pose of an action: which frame is controlled relative to which, what must hold, how it is
+/// executed. Names are the action's parameters, "hand", or names of the scene.
 struct StepSchema {
   std::string control;
   std::string target;

@@ -8,7 +8,8 @@
 
 namespace tether::planning {
 
-/// One key pose of a plan: `control` at X_TC in `target`, whatever the target does meanwhile. Names are bound.
+/// One key pose of a plan: `control` at X_TC in `target`, whatever the target does meanwhile. Names are
+/// bound.
 struct PlanStep {
   std::string action;    ///< "pick(hook)"
   int action_index = 0;  ///< Which of the plan's actions.
@@ -18,8 +19,8 @@ struct PlanStep {
   std::vector<Verb> execute;
 };
 
-/// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker judges and the
-/// executive runs.
+/// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker
+/// judges and the executive runs.
 struct Plan {
   std::string scenario;              ///< Title of the scenario it was made for.
   std::string robot;                 ///< The acting robot's name.

@@ -98,7 +98,9 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
       plan.cost = check.cost;
       const bool feasible = check.Feasible(options);
       // Two starts that end at the same cost are taken at their word.
-      if (feasible && least_violation == 0.0 && std::abs(plan.cost - report.plan.cost) < 1e-4 * (1 + plan.cost)) break;
+      if (feasible && least_violation == 0.0 &&
+          std::abs(plan.cost - report.plan.cost) < 1e-4 * (1 + plan.cost))
+        break;
       // What is within the tolerance counts as none: then the cost decides.
       const double violation = feasible ? 0 : check.max_violation_m + check.max_violation_rad;
       if (!least_violation || violation < *least_violation ||

@@ -41,7 +41,8 @@ struct ProgramOptions {
   nlp::Backend backend = nlp::Backend::kIpopt;
   nlp::Options solver;
   int max_variants = 12;  ///< Discrete ways (grasps, contacts) tried per candidate.
-  int starts = 3;         ///< Starts per way, the first from the scene, the others displaced at random; the cheapest result counts.
+  int starts = 3;  ///< Starts per way, the first from the scene, the others displaced at random; the cheapest
+                   ///< result counts.
 };
 
 /// Limits of the search for candidates.

@@ -3,8 +3,9 @@
 namespace tether::sim {
 
 /// Guards MuJoCo's box–box collision, for the whole process. MuJoCo 2.2.2 reports contacts more than a metre
-/// deep, now and then, for boxes with edges that are parallel up to 1e-15 to 1e-13 rad: where boxes that lie
-/// flat come to rest. Repeated calls do nothing.
+/// deep, now and then, for boxes whose edges are nearly parallel: where boxes that lie flat come to rest.
+/// Every answer is held against the exact overlap of the two boxes; one that can't be is asked for again with
+/// the boxes turned apart by 1e-9 rad and more. Repeated calls do nothing.
 void GuardBoxCollision();
 
 }  // namespace tether::sim
