@@ -63,7 +63,7 @@ class IpoptProgram : public Ipopt::TNLP {
 
   bool get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
     std::fill(x, x + n, 0.0);
-    Eigen::VectorXd::Map(x, view_.num_variables()) = view_.start();
+    Eigen::VectorXd::Map(x, view_.num_variables()) = start_.size() > 0 ? start_ : view_.start();
     return true;
   }
 
@@ -135,7 +135,9 @@ class IpoptProgram : public Ipopt::TNLP {
   /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never
   /// settle and the iterates jump between their two sides, but the point has settled. The most feasible of
   /// those iterates is the result.
-  bool settled() const { return quiet_iterations_ >= kQuietIterations; }
+  bool settled() const { return quiet_iterations_ >= kQuietIterations && rises_ >= kQuietIterations / 3; }
+  /// Where to begin, in place of the guess.
+  void StartFrom(const Eigen::VectorXd& x) { start_ = x; }
 
   void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,
                          const Number*, const Number*, Number, const Ipopt::IpoptData*,
@@ -170,15 +172,18 @@ class IpoptProgram : public Ipopt::TNLP {
                        std::abs(cost - reference_cost_) <= kQuietChange * (1 + std::abs(cost));
     if (!quiet) {
       quiet_iterations_ = 0;
+      rises_ = 0;
       reference_cost_ = cost;
       least_violation_ = std::numeric_limits<double>::infinity();
-      return;
+    } else {
+      ++quiet_iterations_;
+      rises_ += cost > last_cost_ ? 1 : 0;
+      if (violation < least_violation_) {
+        least_violation_ = violation;
+        settled_x_ = x_;
+      }
     }
-    ++quiet_iterations_;
-    if (violation < least_violation_) {
-      least_violation_ = violation;
-      settled_x_ = x_;
-    }
+    last_cost_ = cost;
   }
 
   static constexpr int kQuietIterations = 12;
@@ -191,7 +196,9 @@ class IpoptProgram : public Ipopt::TNLP {
   int quiet_iterations_ = 0;
   double reference_cost_ = std::numeric_limits<double>::infinity();
   double least_violation_ = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd settled_x_;
+  double last_cost_ = std::numeric_limits<double>::infinity();
+  int rises_ = 0;
+  Eigen::VectorXd settled_x_, start_;
   int padding_ = 0;
   int iterations_ = 0;
   Eigen::VectorXd x_;
@@ -283,8 +290,14 @@ class IpoptSolver : public Solver {
     Ipopt::SmartPtr<IpoptProgram> nlp = new IpoptProgram(view, monitor, 0);
     Outcome outcome = RunIpopt(*nlp, options, HessianKind::kGaussNewton, first);
     int iterations = nlp->iterations();
-    if (outcome.status != Status::kSolved && !monitor.ReasonToEnd() && iterations < options.max_iterations) {
+    const bool settled = nlp->settled();
+    if ((settled || outcome.status != Status::kSolved) && !monitor.ReasonToEnd() &&
+        iterations < options.max_iterations) {
+      const Eigen::VectorXd reached = nlp->x();
       nlp = new IpoptProgram(view, monitor, iterations + 1);
+      // Settled without converging: perhaps for want of the constraints' curvature, so L-BFGS goes on from
+      // there.
+      if (settled) nlp->StartFrom(reached);
       outcome = RunIpopt(*nlp, options, HessianKind::kLbfgs, options.max_iterations - iterations);
       iterations += nlp->iterations();
     }
