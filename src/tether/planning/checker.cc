@@ -95,8 +95,10 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
   Pose X_WHand_before = problem.robot.X_WHand;
   const auto add_cost = [&](const Pose& X_WHand) {
     const double angle = math::AngleBetween(X_WHand_before.R, X_WHand.R);
-    result.cost += problem.program.weights.translation * (X_WHand.p - X_WHand_before.p).squaredNorm() +
-                   problem.program.weights.rotation * angle * angle;
+    const double turn_cost = problem.program.weights.rotation * angle * angle;
+    result.turn_cost += turn_cost;
+    result.cost +=
+        problem.program.weights.translation * (X_WHand.p - X_WHand_before.p).squaredNorm() + turn_cost;
     X_WHand_before = X_WHand;
   };
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {

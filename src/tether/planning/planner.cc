@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <deque>
 #include <future>
@@ -15,6 +16,10 @@ namespace tether::planning {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// While turning the hand is more than this share of the cost, other grasps are tried, up to so many.
+constexpr double kMuchTurning = 0.3;
+constexpr int kFurtherVariants = 4;
 
 double Seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
 
@@ -55,10 +60,17 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
   return plan;
 }
 
-/// Optimises one candidate: its variants in the order of their scores, each from its own start and then from
-/// a few others, until the checker accepts one.
-CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
-                                  const Limits& limits) {
+/// What became of a candidate, and, if it is proved impossible, how many of its actions that takes.
+struct Verdict {
+  CandidateReport report;
+  size_t refuted_prefix = 0;  ///< 0: not proved for a beginning.
+};
+
+/// Optimises one candidate: its variants in the order of their scores, each from a few starts, until the
+/// checker accepts one; the cheapest result counts. While that turns the hand much, a few more variants are
+/// tried.
+Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
+                          const Limits& limits) {
   const Problem& problem = facts.problem();
   const ProgramOptions& options = problem.program;
   const auto begin = Clock::now();
@@ -66,22 +78,33 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
   const Random random = Random(problem.search.seed).Split("candidate " + std::to_string(index));
   const auto solver = nlp::MakeSolver(options.backend);
 
-  CandidateReport report;
+  Verdict verdict;
+  CandidateReport& report = verdict.report;
   report.plan.actions = actions;
   report.plan.scenario = problem.title;
   report.plan.robot = problem.robot.name;
   std::optional<double> least_violation;
   std::vector<std::string> refutations;
   bool all_refuted = true;
+  int further = 0;  // ways tried after a feasible one
+  double turn_share = 0;
   VariantQueue variants(options.max_variants);
   while (const auto variant = variants.Next()) {
-    for (int start = 0; start < std::max(1, options.starts); ++start) {
+    const int starts = least_violation == 0.0 ? 1 : std::max(1, options.starts);
+    for (int start = 0; start < starts; ++start) {
       if (limits.Over()) break;
       const KeyPoseProgram key_poses = BuildProgram(facts, steps, *variant, start == 0 ? 0 : 0.5,
                                                     random.Split("start " + std::to_string(start)));
       if (start == 0) variants.Expand(*variant, key_poses.choices);
       if (!key_poses.refutations.empty()) {
         refutations.insert(refutations.end(), key_poses.refutations.begin(), key_poses.refutations.end());
+        if (key_poses.refuted_action >= 0) {
+          report.status = CandidateStatus::kInfeasible;
+          report.reason = key_poses.refutations.front();
+          report.optimize_s = Seconds(begin);
+          verdict.refuted_prefix = static_cast<size_t>(key_poses.refuted_action + 1);
+          return verdict;
+        }
         break;
       }
       all_refuted = false;
@@ -106,6 +129,7 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
       if (!least_violation || violation < *least_violation ||
           (violation == *least_violation && plan.cost < report.plan.cost)) {
         least_violation = violation;
+        turn_share = check.cost > 0 ? check.turn_cost / check.cost : 0;
         report.plan = std::move(plan);
         report.max_violation_m = check.max_violation_m;
         report.max_violation_rad = check.max_violation_rad;
@@ -113,13 +137,15 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
         report.trace = result.trace;
       }
     }
-    if (least_violation == 0.0) {
-      report.status = CandidateStatus::kFeasible;
-      report.reason.clear();
-      report.optimize_s = Seconds(begin);
-      return report;
-    }
+    // Another grasp is worth a try while turning the hand is most of the cost.
+    if (least_violation == 0.0 && (turn_share < kMuchTurning || further++ >= kFurtherVariants)) break;
     if (limits.Over()) break;
+  }
+  if (least_violation == 0.0) {
+    report.status = CandidateStatus::kFeasible;
+    report.reason.clear();
+    report.optimize_s = Seconds(begin);
+    return verdict;
   }
   report.status = all_refuted && !refutations.empty() && variants.exhausted() ? CandidateStatus::kInfeasible
                                                                               : CandidateStatus::kGaveUp;
@@ -129,7 +155,11 @@ CandidateReport OptimizeCandidate(const SceneFacts& facts, const std::vector<std
                                      : (limits.Over() ? "the time limit was reached" : "no start converged");
   }
   report.optimize_s = Seconds(begin);
-  return report;
+  return verdict;
+}
+
+bool BeginsWith(const std::vector<int>& actions, const std::vector<int>& prefix) {
+  return actions.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), actions.begin());
 }
 
 task::SearchOutcome NextSkeleton(task::SkeletonSearch& search, const Limits& limits) {
@@ -154,7 +184,12 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
   // The search holds the task by shared pointer; it does not outlive this call.
   task::SkeletonSearch search(std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
                               {problem.search.max_actions});
-  std::deque<std::future<CandidateReport>> running;
+  struct Running {
+    std::vector<int> actions;
+    std::future<Verdict> verdict;
+  };
+  std::deque<Running> running;
+  std::vector<std::vector<int>> refuted;
   bool searching = true;
   task::SearchStatus ended = task::SearchStatus::kFound;
   int found = 0, feasible = 0;
@@ -172,14 +207,31 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
         break;
       }
       const std::vector<std::string> actions = ActionNames(task, *outcome.skeleton);
-      running.push_back(std::async(window > 1 ? std::launch::async : std::launch::deferred,
-                                   [&facts, &limits, actions, index = found++] {
-                                     return OptimizeCandidate(facts, actions, index, limits);
-                                   }));
+      running.push_back(
+          {outcome.skeleton->actions, std::async(window > 1 ? std::launch::async : std::launch::deferred,
+                                                 [&facts, &limits, actions, index = found++] {
+                                                   return OptimizeCandidate(facts, actions, index, limits);
+                                                 })});
     }
     if (running.empty()) break;
-    CandidateReport candidate = running.front().get();
+    const std::vector<int> actions = std::move(running.front().actions);
+    Verdict verdict = running.front().verdict.get();
     running.pop_front();
+    // Begun before its beginning was refuted; with one thread it would not have been.
+    if (std::any_of(refuted.begin(), refuted.end(),
+                    [&](const auto& prefix) { return BeginsWith(actions, prefix); })) {
+      continue;
+    }
+    if (verdict.refuted_prefix > 0) {
+      task::Conflict conflict;
+      conflict.kind = task::Conflict::Kind::kProved;
+      conflict.prefix.assign(actions.begin(),
+                             actions.begin() + static_cast<std::ptrdiff_t>(verdict.refuted_prefix));
+      conflict.reason = verdict.report.reason;
+      search.AddConflict(conflict);
+      refuted.push_back(conflict.prefix);
+    }
+    CandidateReport candidate = std::move(verdict.report);
     feasible += candidate.feasible() ? 1 : 0;
     if (on_candidate) on_candidate(candidate);
     report.candidates.push_back(std::move(candidate));
@@ -187,7 +239,7 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
   }
   // Candidates that were begun beyond the last one wanted are waited for and dropped: any number of threads
   // gives the same report.
-  for (auto& rest : running) rest.wait();
+  for (Running& rest : running) rest.verdict.wait();
 
   report.expanded = static_cast<int>(search.expanded());
   report.generated = static_cast<int>(search.generated());

@@ -25,9 +25,10 @@ class ProgramSink final : public constraints::RowSink {
   ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions)
       : target_(target), exemptions_(exemptions) {}
 
-  void BeginStep(int step, const std::string& action) {
+  void BeginStep(int step, const std::string& action, int action_index = -1) {
     step_ = step;
     action_ = action;
+    action_index_ = action_index;
   }
 
   void Add(Role role, const std::string& label, constraints::PoseFunctionPtr function,
@@ -45,12 +46,17 @@ class ProgramSink final : public constraints::RowSink {
     exemptions_.push_back({step, a, b, part_a});
   }
   void Refute(const std::string& reason) override {
+    RefuteVariant(reason);
+    if (target_.refuted_action < 0) target_.refuted_action = action_index_;
+  }
+
+ private:
+  void RefuteVariant(const std::string& reason) {
     const std::string text = action_ + ": " + reason;
     auto& all = target_.refutations;
     if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
   }
 
- private:
   /// A row without variables either holds or can't be made to.
   void RefuteIfViolated(const nlp::Residual& residual, Role role) {
     if (role == Role::kCost) return;
@@ -58,13 +64,14 @@ class ProgramSink final : public constraints::RowSink {
     residual.Evaluate(nlp::Point(), r, nullptr);
     const double violation = role == Role::kEquality ? r.cwiseAbs().maxCoeff() : r.maxCoeff();
     if (violation > 1e-3)
-      Refute(residual.name() + " can't be changed and is off by " + std::to_string(violation));
+      RefuteVariant(residual.name() + " can't be changed and is off by " + std::to_string(violation));
   }
 
   KeyPoseProgram& target_;
   std::vector<Exemption>& exemptions_;
   int step_ = 0;
   std::string action_;
+  int action_index_ = -1;
 };
 
 bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::string& a, int part_a,
@@ -149,7 +156,7 @@ std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& t
 KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                             const Variant& variant, double noise, Random random) {
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}};
+  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1};
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions);
 
@@ -169,7 +176,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     const BoundStep& step = steps[static_cast<size_t>(t)];
     const std::string& control = step.schema.control;
     const std::string& target = step.schema.target;
-    sink.BeginStep(t, step.action);
+    sink.BeginStep(t, step.action, step.action_index);
     const Pose X_TC =
         math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
     if (!out.tree.AddStep(control, target)) {

@@ -18,6 +18,8 @@ struct KeyPoseProgram {
   nlp::Point guess;                      ///< One pose per step: of its control frame in its target.
   std::vector<ChoicePoint> choices;      ///< In the order in which they were met.
   std::vector<std::string> refutations;  ///< Why no pose can do; empty unless proved impossible.
+  /// The first action that is impossible after those before it, whatever the variant; −1: none.
+  int refuted_action = -1;
 };
 
 /// Which way to take at each choice, by its key; the best one where a key is missing.
