@@ -54,7 +54,9 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
       ->type_name("K");
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");
-  command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")->type_name("N");
+  command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
   command->add_option("--output", arguments.output, "Write the best plan to PLAN")->type_name("PLAN");
@@ -84,6 +86,7 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
       ->type_name("FILE");
   command
       ->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's: perturbs the start")
+      ->check(CLI::NonNegativeNumber)
       ->type_name("N");
   command->add_flag("--realtime", arguments.realtime, "Not faster than the clock on the wall");
   command->add_option("--snapshots", arguments.snapshots, "Write a PNG at each step boundary to DIR")

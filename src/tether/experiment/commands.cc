@@ -1,5 +1,8 @@
 #include "tether/experiment/commands.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +15,7 @@
 #include "tether/experiment/run.h"
 #include "tether/experiment/terminal.h"
 #include "tether/experiment/version.h"
+#include "tether/planning/checker.h"
 #include "tether/planning/plan_file.h"
 
 namespace tether::experiment {
@@ -25,6 +29,27 @@ void WriteJsonTo(const std::string& path, const Value& value) {
     std::fflush(stdout);
   } else {
     WriteFile(path, WriteJson(value));
+  }
+}
+
+/// Fails now rather than after the work whose result the file is for.
+void RequireWritable(const std::string& path, const char* option, Diagnostics& diagnostics) {
+  if (path.empty() || path == "-") return;
+  const std::filesystem::path parent = std::filesystem::absolute(path).parent_path();
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    diagnostics.Add({}, std::string(option) + ": " + path + " is a folder", "a path in a writable folder");
+  } else if (!std::filesystem::is_directory(parent, ignored) || access(parent.c_str(), W_OK) != 0) {
+    diagnostics.Add({}, std::string(option) + ": cannot write " + path, "a path in a writable folder");
+  }
+}
+
+void RequireFolder(const std::string& path, Diagnostics& diagnostics) {
+  if (path.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!std::filesystem::is_directory(path) || access(path.c_str(), W_OK) != 0) {
+    diagnostics.Add({}, "--snapshots: cannot write to folder " + path, "a folder, or where one can be made");
   }
 }
 
@@ -69,6 +94,12 @@ Loaded Load(const std::string& path) {
   return loaded;
 }
 
+bool EnoughFound(const planning::PlanReport& report, int max_plans) {
+  const auto feasible = std::count_if(report.candidates.begin(), report.candidates.end(),
+                                      [](const auto& candidate) { return candidate.feasible(); });
+  return max_plans > 0 && feasible >= max_plans;
+}
+
 planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
                                     const Terminal& terminal) {
   terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
@@ -82,6 +113,11 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
       });
   report.parse_s = loaded.parse_s;
   report.total_s += loaded.parse_s;
+  if (report.ok() && !report.complete && report.message.empty()) {
+    report.message = EnoughFound(report, problem.search.max_plans)
+                         ? "planning ended after as many as were asked for (max_plans)"
+                         : "the time limit was reached";
+  }
   terminal.Print("\n" + PlanTable(report, terminal));
   return report;
 }
@@ -95,12 +131,23 @@ std::vector<Event> ChooseEvents(const Scenario& scenario, const std::string& fil
   return ReadEvents(file, {&scenario.scene, &scenario.actions});
 }
 
+/// A plan is tied to objects and may be run although they stand elsewhere now; what it breaks is worth
+/// knowing before.
+void WarnOfViolations(const planning::Plan& plan, const planning::Problem& problem) {
+  const planning::CheckResult check = planning::CheckPlan(problem, plan);
+  if (!check.Feasible(problem.program)) LogWarning("the plan does not hold in this scene: " + check.Worst());
+}
+
 /// The plan to run: read, or the chosen one of those found. Empty, with an exit code, if there is none.
 std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Loaded& loaded,
                                          const scene::Scene& scene, const Terminal& terminal, int& exit_code,
                                          Value& plan_report) {
   const Scenario& scenario = loaded.scenario;
-  if (!arguments.plan.empty()) return planning::ReadPlan(arguments.plan, scenario.scene, scenario.actions);
+  if (!arguments.plan.empty()) {
+    planning::Plan plan = planning::ReadPlan(arguments.plan, scenario.scene, scenario.actions);
+    WarnOfViolations(plan, MakeProblem(scenario, scene, arguments.overrides));
+    return plan;
+  }
   const planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   plan_report = WritePlanReport(report, scenario.title, problem.search.seed);
@@ -132,8 +179,9 @@ void PrintJudgement(const RunReport& report, const Terminal& terminal) {
   if (report.ok()) {
     terminal.Print(goal + time);
   } else {
-    terminal.Print(goal + time + "; " + ToString(report.status) +
-                   (report.reason.empty() ? "" : ": " + report.reason));
+    terminal.Print(
+        goal + time + "; " + ToString(report.status) +
+        (report.reason.empty() || report.reason == ToString(report.status) ? "" : ": " + report.reason));
   }
   if (!report.snapshots.empty()) {
     terminal.Print(std::to_string(report.snapshots.size()) + " pictures in " +
@@ -149,6 +197,11 @@ bool WorthPrinting(const std::string& kind) {
 
 int PlanCommand(const PlanArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
+  Diagnostics unwritable;
+  RequireWritable(arguments.json, "--json", unwritable);
+  RequireWritable(arguments.output, "--output", unwritable);
+  RequireWritable(arguments.trace, "--trace", unwritable);
+  unwritable.ThrowIfAny();
   const Loaded loaded = Load(arguments.scenario);
   PlanningOverrides overrides = arguments.overrides;
   overrides.trace = !arguments.trace.empty();
@@ -174,6 +227,13 @@ int RunCommand(const RunArguments& arguments) {
   if (!arguments.plan.empty() && arguments.candidate) {
     throw InputError("--plan and --candidate exclude each other", "a plan file holds one plan");
   }
+  if (arguments.candidate && *arguments.candidate < 1) {
+    throw InputError("--candidate is " + std::to_string(*arguments.candidate), "1 or more: 1 is the best");
+  }
+  Diagnostics unwritable;
+  RequireWritable(arguments.json, "--json", unwritable);
+  RequireFolder(arguments.snapshots, unwritable);
+  unwritable.ThrowIfAny();
   const Terminal terminal(arguments.json == "-");
   const Loaded loaded = Load(arguments.scenario);
   const Scenario& scenario = loaded.scenario;

@@ -188,6 +188,7 @@ std::vector<Event> ParseEvents(const Value& value, const EventNames& names, Diag
     const Value* format = reader.Optional("format");
     if (format != nullptr && format->AsText() != "tether.events/1") {
       diagnostics.Add(format->where(), "format is '" + format->AsText() + "'", "accepted: tether.events/1");
+      return events;
     }
     list = reader.Required("events", "a list of events");
     reader.Finish();

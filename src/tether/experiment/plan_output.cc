@@ -12,6 +12,11 @@ std::string Join(const std::vector<std::string>& words, const std::string& separ
   return text;
 }
 
+std::string Actions(const planning::CandidateReport& candidate) {
+  return candidate.plan.actions.empty() ? "nothing to do: the goal is reached at the start"
+                                        : Join(candidate.plan.actions, " ");
+}
+
 Value Names(const std::vector<std::string>& words) {
   Value list = Value::Array();
   for (const std::string& word : words) list.Append(word);
@@ -31,7 +36,7 @@ std::string EndLine(const planning::PlanReport& report, const Terminal& terminal
   const std::string message = report.message.empty() ? "" : ": " + report.message;
   switch (report.status) {
     case planning::PlanStatus::kSolved:
-      return report.complete ? "" : terminal.Yellow("the search was cut short" + message);
+      return report.complete ? "" : terminal.Yellow("there may be other plans" + message);
     case planning::PlanStatus::kImpossible:
       return terminal.Red("impossible" + message);
     case planning::PlanStatus::kGaveUp:
@@ -103,7 +108,7 @@ Value WriteTrace(const planning::PlanReport& report, uint64_t seed) {
 std::string CandidateLine(const planning::CandidateReport& candidate, int number, const Terminal& terminal) {
   std::string text = Pad(std::to_string(number), 3) + "  " + Status(candidate, terminal) + "  ";
   if (candidate.feasible()) text += "cost " + Fixed(candidate.plan.cost, 4) + "  ";
-  text += Fixed(candidate.optimize_s, 2) + " s  " + Join(candidate.plan.actions, " ");
+  text += Fixed(candidate.optimize_s, 2) + " s  " + Actions(candidate);
   if (!candidate.reason.empty()) text += "\n     " + terminal.Dim(candidate.reason);
   return text;
 }
@@ -121,7 +126,7 @@ std::string PlanTable(const planning::PlanReport& report, const Terminal& termin
             "  " + Pad(measured ? Fixed(1e3 * candidate.max_violation_m, 3) : "-", 13) + "  " +
             Pad(measured ? Fixed(1e3 * candidate.max_violation_rad, 3) : "-", 6) + "  " +
             Pad(Fixed(candidate.optimize_s, 2), 8) + "  " + Status(candidate, terminal) + "  " +
-            Join(candidate.plan.actions, " ") + "\n";
+            Actions(candidate) + "\n";
   }
   text += std::to_string(report.candidates.size()) +
           (report.candidates.size() == 1 ? " candidate, " : " candidates, ") +

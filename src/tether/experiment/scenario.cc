@@ -54,12 +54,17 @@ class ScenarioParser {
 
   Scenario Read() {
     const Value document = ReadYaml(scenario_.path);
+    if (document.is_null()) {
+      throw InputError({{Location{scenario_.path, 0, 0}, "there is nothing in this file",
+                         std::string("a scenario, which begins with format: ") + kScenarioFormat}});
+    }
     ObjectReader reader(document, "the scenario", diagnostics_);
     if (!document.is_object()) diagnostics_.ThrowIfAny();
     if (const Value* format = reader.Required("format", std::string("format: ") + kScenarioFormat)) {
       if (format->AsText() != kScenarioFormat) {
         diagnostics_.Add(format->where(), "format is '" + format->AsText() + "'",
                          std::string("accepted: ") + kScenarioFormat);
+        diagnostics_.ThrowIfAny();  // its keys would only be judged by the wrong rules
       }
     }
     scenario_.title = reader.Text("title", fs::path(scenario_.path).stem().string());
@@ -99,7 +104,7 @@ class ScenarioParser {
 
   void ReadLibraries(const std::vector<std::string>& names, const Value& list) {
     const std::vector<std::string> frames = FrameNames(scenario_.scene);
-    planning::ActionReadOptions options{constraints::KindNames(), frames};
+    const planning::ActionReadOptions options{constraints::KindNames(), frames};
     std::set<std::string> defined;
     for (size_t i = 0; i < names.size(); ++i) {
       const Location where = list.items()[i].where();
@@ -112,6 +117,7 @@ class ScenarioParser {
         diagnostics_.Add(
             where, is_path ? "there is no file '" + path + "'" : "unknown action library '" + names[i] + "'",
             SuggestFrom(names[i], ShippedActionLibraries()) + ", or a path relative to the scenario");
+        libraries_read_ = false;
         continue;
       }
       try {
@@ -127,6 +133,7 @@ class ScenarioParser {
         }
       } catch (const InputError& error) {
         diagnostics_.Add(error);
+        libraries_read_ = false;
       }
     }
   }
@@ -134,11 +141,35 @@ class ScenarioParser {
   void CheckConstraintParameters(const planning::ActionSchema& action) {
     for (const planning::StepSchema& step : action.steps) {
       for (const planning::ConstraintSpec& spec : step.constraints) {
-        if (const constraints::Kind* kind = constraints::FindKind(spec.kind)) {
-          constraints::ReadParameters(*kind, spec.parameters, diagnostics_);
-        }
+        CheckParameters(spec, action.parameters);
       }
     }
+  }
+
+  /// Parameters of the right type, and every frame one of the scene or of `more`.
+  void CheckParameters(const planning::ConstraintSpec& spec, const std::vector<std::string>& more) {
+    const constraints::Kind* kind = constraints::FindKind(spec.kind);
+    if (kind == nullptr) return;
+    std::vector<std::string> known = more;
+    known.insert(known.end(), {constraints::kHand, constraints::kMoved});
+    for (const std::string& frame : FrameNames(scenario_.scene)) known.push_back(frame);
+    const constraints::Parameters parameters =
+        constraints::ReadParameters(*kind, spec.parameters, diagnostics_);
+    for (const std::string& frame : parameters.AllFrames()) {
+      if (frame.empty() || std::find(known.begin(), known.end(), frame) != known.end()) continue;
+      diagnostics_.Add(PlaceOf(frame, spec.parameters, spec.where),
+                       "constraint '" + spec.kind + "' names '" + frame + "', which is not in the scene",
+                       SuggestFrom(frame, known));
+    }
+  }
+
+  /// Where this text stands in `value`, at any depth; else `fallback`.
+  static Location PlaceOf(const std::string& text, const Value& value, const Location& fallback) {
+    if (value.is_scalar() && value.AsText() == text) return value.where();
+    Location found = fallback;
+    for (const Value& item : value.items()) found = PlaceOf(text, item, found);
+    for (const Value::Member& member : value.members()) found = PlaceOf(text, member.value, found);
+    return found;
   }
 
   void ReadTask(const Value& value) {
@@ -218,6 +249,8 @@ class ScenarioParser {
       const auto found = std::find_if(scenario_.actions.begin(), scenario_.actions.end(),
                                       [&](const auto& schema) { return schema.name == action.name; });
       if (found == scenario_.actions.end()) {
+        // A library that could not be read may hold it.
+        if (!libraries_read_) continue;
         diagnostics_.Add(action.where, "action '" + action.name + "' has no geometry",
                          known.empty() ? "an action library under 'actions' of " + scenario_.path
                                        : SuggestFrom(action.name, known));
@@ -246,9 +279,7 @@ class ScenarioParser {
           constraint.spec.parameters.Set(member.key, member.value, member.where);
         }
       }
-      if (const constraints::Kind* kind = constraints::FindKind(spec.kind)) {
-        constraints::ReadParameters(*kind, constraint.spec.parameters, diagnostics_);
-      }
+      CheckParameters(constraint.spec, {});
       scenario_.constraints.push_back(std::move(constraint));
     }
   }
@@ -316,6 +347,7 @@ class ScenarioParser {
   }
 
   std::string folder_;
+  bool libraries_read_ = true;  ///< None of those named is missing or broken.
   Diagnostics diagnostics_;
   Scenario scenario_;
 };

@@ -312,6 +312,39 @@ TEST_F(ScenarioTest, MistakesOfAllFilesComeTogether) {
               HasSubstr("s.yaml:8:11: unknown key 'positoin' in 'perturb' (did you mean 'position'?"));
 }
 
+TEST_F(ScenarioTest, FramesOfConstraintsAreInTheScene) {
+  EXPECT_EQ(
+      ErrorOf(kSmall + "constraints:\n- inside: {frame: movd, of: shelf}\n- inside: {frame: moved, of: "
+                       "shelv}\n"),
+      "s.yaml:9:19: constraint 'inside' names 'movd', which is not in the scene (did you mean 'moved'? "
+      "accepted: hand, moved, world, panda, shelf or cup)\n"
+      "s.yaml:10:30: constraint 'inside' names 'shelv', which is not in the scene (did you mean 'shelf'? "
+      "accepted: hand, moved, world, panda, shelf or cup)");
+  Write("mine.yaml",
+        "format: tether.actions/1\npick: {parameters: [a], steps: [{control: hand, target: a, constraints: "
+        "[inside: {frame: hand, of: b}]}]}\n");
+  std::string text = kSmall;
+  text.replace(text.find("[manipulation]"), 14, "[manipulation, mine.yaml]");
+  EXPECT_THAT(ErrorOf(text), HasSubstr("mine.yaml:2:100: constraint 'inside' names 'b', which is not in the "
+                                       "scene (accepted: a, hand, moved, world, panda, shelf or cup)"));
+}
+
+TEST_F(ScenarioTest, AMissingLibraryIsOneMistake) {
+  std::string text = kSmall;
+  text.replace(text.find("[manipulation]"), 14, "[manipulaton]");
+  const std::string errors = ErrorOf(text);
+  EXPECT_THAT(errors, HasSubstr("unknown action library 'manipulaton' (did you mean 'manipulation'?"));
+  EXPECT_THAT(errors, ::testing::Not(HasSubstr("has no geometry")));
+}
+
+TEST_F(ScenarioTest, AFileThatIsNoScenarioIsOneMistake) {
+  EXPECT_EQ(ErrorOf("format: tether.events/1\nevents: []\n"),
+            "s.yaml:1:9: format is 'tether.events/1' (accepted: tether.scenario/1)");
+  EXPECT_EQ(
+      ErrorOf(""),
+      "s.yaml: there is nothing in this file (a scenario, which begins with format: tether.scenario/1)");
+}
+
 TEST_F(ScenarioTest, GoalsReplaceTheProblems) {
   std::string text = kSmall;
   text.replace(text.find("max_actions: 3"), 14, "goal: {pddl: (inhand cup)}");

@@ -174,7 +174,9 @@ class ActionParser {
     if (name.empty() || !options_.frames) return;
     std::vector<std::string> words = parameters_;
     words.insert(words.end(), {"hand", "world"});
-    words.insert(words.end(), options_.frames->begin(), options_.frames->end());
+    for (const std::string& frame : *options_.frames) {
+      if (!Contains(words, frame)) words.push_back(frame);
+    }
     if (Contains(words, name)) return;
     diagnostics_.Add(where, "unknown name '" + name + "' as " + role + " of " + what_, Suggest(name, words));
   }
@@ -363,6 +365,7 @@ std::vector<ActionSchema> ParseActions(const Value& document, const ActionReadOp
     diagnostics.Add(format ? format->where() : document.where(),
                     format ? "format is '" + format->AsText() + "'" : "this action library lacks 'format'",
                     std::string("accepted: ") + kActionsFormat);
+    if (format != nullptr) return actions;  // its keys would only be judged by the wrong rules
   }
   ActionParser parser(options, diagnostics);
   for (const Value::Member& member : document.members()) {

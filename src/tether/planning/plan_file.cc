@@ -1,9 +1,11 @@
 #include "tether/planning/plan_file.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "tether/common/reader.h"
 #include "tether/planning/action_reader.h"
+#include "tether/planning/skeleton_binding.h"
 
 namespace tether::planning {
 namespace {
@@ -78,6 +80,11 @@ std::string Digest(const ActionSchema& action) {
   return text;
 }
 
+std::string Suggest(const std::string& word, const std::vector<std::string>& words) {
+  const std::string nearest = NearestMatch(word, words);
+  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(words);
+}
+
 /// Compares one kind of named thing of two fingerprints.
 void CompareNamed(const Value& made_for, const Value& used_with, const std::string& key,
                   const std::string& noun, const std::string& difference, Diagnostics& diagnostics) {
@@ -93,10 +100,9 @@ void CompareNamed(const Value& made_for, const Value& used_with, const std::stri
   for (const Value::Member& member : before->members()) {
     const Value* same = now.Find(member.key);
     if (same == nullptr) {
-      const std::string nearest = NearestMatch(member.key, names);
       diagnostics.Add(member.where,
                       "the plan was made for another scenario: there is no " + noun + " '" + member.key + "'",
-                      nearest.empty() ? "" : "nearest: '" + nearest + "'");
+                      names.empty() ? "" : Suggest(member.key, names));
     } else if (WriteJson(*same, 0) != WriteJson(member.value, 0)) {
       diagnostics.Add(
           member.where,
@@ -120,8 +126,8 @@ void CompareFingerprints(const Value& made_for, const Value& used_with, Diagnost
 
 class PlanParser {
  public:
-  PlanParser(const scene::Scene& scene, Diagnostics& diagnostics)
-      : scene_(scene), diagnostics_(diagnostics) {}
+  PlanParser(const scene::Scene& scene, const std::vector<ActionSchema>& actions, Diagnostics& diagnostics)
+      : scene_(scene), schemas_(actions), diagnostics_(diagnostics) {}
 
   Plan Parse(ObjectReader& reader) {
     Plan plan;
@@ -131,16 +137,78 @@ class PlanParser {
                        "a robot of the scenario");
     }
     plan.actions = reader.TextList("actions");
+    const std::vector<Expected> expected = Expect(reader.value().Find("actions"), plan.actions);
     plan.cost = reader.Number("cost", 0);
     if (const Value* steps = reader.Required("steps", "a list of key poses")) {
       if (!steps->is_array())
         diagnostics_.Add(steps->where(), "'steps' is " + steps->KindName(), "a list of key poses");
       for (const Value& step : steps->items()) plan.steps.push_back(ParseStep(step, plan));
+      if (diagnostics_.empty()) CompareSteps(plan, expected, *steps);
     }
     return plan;
   }
 
  private:
+  /// A key pose as the actions of a plan ask for it.
+  struct Expected {
+    std::string action;
+    int action_index = 0;
+    std::string control, target;
+  };
+
+  /// The key poses that `actions` ask for, in order.
+  std::vector<Expected> Expect(const Value* list, const std::vector<std::string>& actions) {
+    std::vector<Expected> expected;
+    for (size_t i = 0; i < actions.size(); ++i) {
+      const Location where =
+          list != nullptr && i < list->items().size() ? list->items()[i].where() : Location{};
+      const ActionCall call = ParseActionCall(actions[i]);
+      std::vector<std::string> names;
+      const ActionSchema* schema = nullptr;
+      for (const ActionSchema& candidate : schemas_) {
+        names.push_back(candidate.name);
+        if (candidate.name == call.name) schema = &candidate;
+      }
+      if (schema == nullptr) {
+        diagnostics_.Add(where, "unknown action '" + call.name + "' in the plan", Suggest(call.name, names));
+        continue;
+      }
+      if (schema->parameters.size() != call.arguments.size()) {
+        diagnostics_.Add(where,
+                         "action '" + actions[i] + "' of the plan has " +
+                             std::to_string(call.arguments.size()) + " arguments",
+                         "it takes " + std::to_string(schema->parameters.size()));
+        continue;
+      }
+      for (const std::string& argument : call.arguments) CheckFrame(argument, where, "in the plan's actions");
+      for (const StepSchema& step : BindAction(*schema, call.arguments)) {
+        expected.push_back({actions[i], static_cast<int>(i), step.control, step.target});
+      }
+    }
+    return expected;
+  }
+
+  void CompareSteps(const Plan& plan, const std::vector<Expected>& expected, const Value& list) {
+    for (size_t i = 0; i < std::min(plan.steps.size(), expected.size()); ++i) {
+      const PlanStep& step = plan.steps[i];
+      const Expected& wanted = expected[i];
+      if (step.action == wanted.action && step.action_index == wanted.action_index &&
+          step.control == wanted.control && step.target == wanted.target)
+        continue;
+      diagnostics_.Add(
+          list.items()[i].where(),
+          "key pose " + std::to_string(i + 1) + " is of '" + step.control + "' in '" + step.target +
+              "', for " + step.action + " (action_index " + std::to_string(step.action_index) + ")",
+          "the plan's actions ask for '" + wanted.control + "' in '" + wanted.target + "', for " +
+              wanted.action + " (action_index " + std::to_string(wanted.action_index) + ")");
+      return;
+    }
+    if (plan.steps.size() != expected.size()) {
+      diagnostics_.Add(list.where(), "the plan has " + std::to_string(plan.steps.size()) + " key poses",
+                       "its actions ask for " + std::to_string(expected.size()));
+    }
+  }
+
   PlanStep ParseStep(const Value& value, const Plan& plan) {
     PlanStep step;
     ObjectReader reader(value, "step", diagnostics_);
@@ -178,19 +246,20 @@ class PlanParser {
     const Value* value = reader.Required(key, "a frame: an object or region, hand or world");
     if (value == nullptr) return "";
     const std::string name = ReadText(*value, "'" + key + "' of step", diagnostics_);
-    if (name == "hand" || name == scene::kWorld || scene_.FindObject(name) || scene_.FindRegion(name))
-      return name;
-    std::vector<std::string> known = {"hand", scene::kWorld};
-    for (const scene::Object& object : scene_.objects) known.push_back(object.name);
-    for (const scene::Region& region : scene_.regions) known.push_back(region.name);
-    const std::string nearest = NearestMatch(name, known);
-    diagnostics_.Add(
-        value->where(), "unknown frame '" + name + "' as " + key + " of step",
-        (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(known));
+    CheckFrame(name, value->where(), "as " + key + " of step");
     return name;
   }
 
+  void CheckFrame(const std::string& name, const Location& where, const std::string& role) {
+    if (name == "hand" || name == scene::kWorld || scene_.FindObject(name) || scene_.FindRegion(name)) return;
+    std::vector<std::string> known = {"hand", scene::kWorld};
+    for (const scene::Object& object : scene_.objects) known.push_back(object.name);
+    for (const scene::Region& region : scene_.regions) known.push_back(region.name);
+    diagnostics_.Add(where, "unknown frame '" + name + "' " + role, Suggest(name, known));
+  }
+
   const scene::Scene& scene_;
+  const std::vector<ActionSchema>& schemas_;
   Diagnostics& diagnostics_;
 };
 
@@ -257,16 +326,25 @@ Plan ParsePlan(const Value& document, const scene::Scene& scene, const std::vect
     if (format->AsText() != kPlanFormat) {
       diagnostics.Add(format->where(), "format is '" + format->AsText() + "'",
                       std::string("accepted: ") + kPlanFormat);
+      return {};
+    }
+  }
+  // First: between scenes that differ, every name in the plan would be reported as unknown.
+  if (const Value* made_for = reader.Required("made_for", "a plan as tether writes it")) {
+    Diagnostics differences;
+    CompareFingerprints(*made_for, Fingerprint(scene, actions), differences);
+    if (!differences.empty()) {
+      for (const Diagnostic& difference : differences.list()) {
+        diagnostics.Add(difference.where, difference.message, difference.accepted);
+      }
+      return {};
     }
   }
   reader.Optional("tether");
   reader.Optional("seed");
   reader.Optional("scenario_file");
-  Plan plan = PlanParser(scene, diagnostics).Parse(reader);
+  Plan plan = PlanParser(scene, actions, diagnostics).Parse(reader);
   plan.scenario = reader.Text("scenario", "");
-  if (const Value* made_for = reader.Required("made_for", "a plan as tether writes it")) {
-    CompareFingerprints(*made_for, Fingerprint(scene, actions), diagnostics);
-  }
   reader.Finish();
   return plan;
 }

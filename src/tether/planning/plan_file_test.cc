@@ -1,5 +1,7 @@
 #include "tether/planning/plan_file.h"
 
+#include <functional>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +38,7 @@ Plan MakePlan() {
   Plan plan;
   plan.scenario = "Test";
   plan.robot = "arm";
-  plan.actions = {"pick(hook)"};
+  plan.actions = {"pick(hook)", "place(hook,table)"};
   plan.cost = 1.0 / 3;
   Random random(5);
   const std::vector<StepSchema> bound = BindAction(MakeActions()[0], {"hook"});
@@ -53,10 +55,10 @@ Plan MakePlan() {
                   "plane_distance",
                   ParseYaml("[tilt: {max: 1}]", "")};
   plan.steps.push_back(
-      {"home",
+      {"place(hook,table)",
        1,
-       "hand",
-       "world",
+       "hook",
+       "table",
        math::Pose(),
        {reach, WaitVerb{0.1}, GripperVerb{"", 13.5}, ShiftVerb{{1, 2, 3}, In::kHand, 0.07}}});
   return plan;
@@ -131,7 +133,9 @@ TEST(PlanFileTest, WhatDiffersIsSaid) {
   const std::string errors = ErrorOf(Written(), scene, actions);
   const std::string another = "the plan was made for another scenario: ";
   EXPECT_THAT(errors, HasSubstr(another + "object 'hook' has another shape"));
-  EXPECT_THAT(errors, HasSubstr(another + "there is no object 'table' (nearest: 'tables')"));
+  EXPECT_THAT(
+      errors,
+      HasSubstr(another + "there is no object 'table' (did you mean 'tables'? accepted: tables or hook)"));
   EXPECT_THAT(errors, HasSubstr(another + "object 'tables' was not there"));
   EXPECT_THAT(errors, HasSubstr(another + "robot 'arm' has another model"));
   EXPECT_THAT(errors, HasSubstr(another + "region 'zone' has another form"));
@@ -141,11 +145,10 @@ TEST(PlanFileTest, WhatDiffersIsSaid) {
 
 TEST(PlanFileTest, MistakesAreReportedAtTheirPlaces) {
   const std::string errors =
-      ErrorOf(R"json({"format": "tether.plan/2", "robot": "leg", "actions": ["pick(hook)"],
+      ErrorOf(R"json({"format": "tether.plan/1", "robot": "leg", "actions": ["pick(hook)"],
 "steps": [{"action": "pick(hook)", "action_index": 7, "control": "hnd", "target": "hook", "position": [0, 0],
 "quaternion_wxyz": [0, 0, 0, 0], "execute": [{"jump": {}}], "tagret": 1}]})json",
               MakeScene(), MakeActions());
-  EXPECT_THAT(errors, HasSubstr("p.json:1:12: format is 'tether.plan/2' (accepted: tether.plan/1)"));
   EXPECT_THAT(errors, HasSubstr("there is no robot 'leg'"));
   EXPECT_THAT(errors, HasSubstr("'action_index' of step is 7 (0 to 1)"));
   EXPECT_THAT(errors, HasSubstr("p.json:2:66: unknown frame 'hnd' as control of step (did you mean 'hand'?"));
@@ -154,6 +157,42 @@ TEST(PlanFileTest, MistakesAreReportedAtTheirPlaces) {
   EXPECT_THAT(errors, HasSubstr("unknown verb 'jump'"));
   EXPECT_THAT(errors, HasSubstr("unknown key 'tagret' in step (did you mean 'target'?"));
   EXPECT_THAT(errors, HasSubstr("the plan lacks 'made_for'"));
+}
+
+TEST(PlanFileTest, AFileOfAnotherFormatIsOneMistake) {
+  EXPECT_EQ(ErrorOf(R"({"format": "tether.scenario/1", "objects": {}})", MakeScene(), MakeActions()),
+            "p.json:1:12: format is 'tether.scenario/1' (accepted: tether.plan/1)\n");
+}
+
+/// What is said of the plan after `edit`.
+std::string ErrorAfter(const std::function<void(Plan&)>& edit) {
+  Plan plan = MakePlan();
+  edit(plan);
+  return ErrorOf(WriteJson(WritePlan(plan, {"0.1", 9, "s.yaml"}, MakeScene(), MakeActions())), MakeScene(),
+                 MakeActions());
+}
+
+TEST(PlanFileTest, OnlyTheDifferencesOfAnotherScenarioAreSaid) {
+  scene::Scene scene = MakeScene();
+  scene.objects[1].name = "rake";
+  EXPECT_THAT(ErrorOf(Written(), scene, MakeActions()), ::testing::Not(HasSubstr("unknown frame")));
+}
+
+TEST(PlanFileTest, KeyPosesAreThoseOfTheActions) {
+  EXPECT_EQ(ErrorAfter([](Plan&) {}), "");
+  EXPECT_THAT(
+      ErrorAfter([](Plan& plan) { std::swap(plan.actions[0], plan.actions[1]); }),
+      HasSubstr("key pose 1 is of 'hand' in 'hook', for pick(hook) (action_index 0) (the plan's actions "
+                "ask for 'hook' in 'table', for place(hook,table) (action_index 0))"));
+  EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.steps.pop_back(); }),
+              HasSubstr("the plan has 1 key poses (its actions ask for 2)"));
+  EXPECT_THAT(
+      ErrorAfter([](Plan& plan) { plan.actions[0] = "pik(hook)"; }),
+      HasSubstr("unknown action 'pik' in the plan (did you mean 'pick'? accepted: pick, place or push)"));
+  EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.actions[0] = "pick(hok)"; }),
+              HasSubstr("unknown frame 'hok' in the plan's actions (did you mean 'hook'?"));
+  EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.actions[0] = "pick(hook,table)"; }),
+              HasSubstr("action 'pick(hook,table)' of the plan has 2 arguments (it takes 1)"));
 }
 
 }  // namespace

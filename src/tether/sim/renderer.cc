@@ -74,33 +74,53 @@ class OffscreenContext {
   EGLContext context_ = EGL_NO_CONTEXT;
 };
 
-// A view from the front and the side, of the arms and of everything that isn't as large as a table.
+// A view from the front and the side that is filled by the arms and by everything that isn't as large as a
+// table.
 mjvCamera FrameScene(const mjModel* model, const mjData* data, double aspect) {
   constexpr double kLarge = 0.6;
-  Eigen::Array3d low = Eigen::Array3d::Constant(1e9);
-  Eigen::Array3d high = -low;
+  constexpr double kAzimuth = 140, kElevation = -28;
+  constexpr double kFilled = 0.92;     // share of the picture
+  std::vector<Eigen::Vector4d> balls;  // centre and radius
   for (const bool take_large : {false, true}) {
-    if ((low < high).all()) break;
+    if (!balls.empty()) break;
     for (int geom = 0; geom < model->ngeom; ++geom) {
-      if (!take_large && model->geom_rbound[geom] > kLarge) continue;
-      const Eigen::Map<const Eigen::Array3d> centre(data->geom_xpos + 3 * geom);
-      low = low.min(centre - model->geom_rbound[geom]);
-      high = high.max(centre + model->geom_rbound[geom]);
+      const double radius = model->geom_rbound[geom];
+      if (radius <= 0 || (!take_large && radius > kLarge)) continue;
+      const mjtNum* centre = data->geom_xpos + 3 * geom;
+      balls.emplace_back(centre[0], centre[1], centre[2], radius);
     }
   }
-  if (!(low < high).all()) {
-    low = -0.5;
-    high = 0.5;
+  if (balls.empty()) balls.emplace_back(0, 0, 0, 0.5);
+  const double azimuth = kAzimuth * M_PI / 180, elevation = kElevation * M_PI / 180;
+  const Eigen::Vector3d forward(std::cos(elevation) * std::cos(azimuth),
+                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  const Eigen::Vector3d right(std::sin(azimuth), -std::cos(azimuth), 0);
+  const Eigen::Vector3d up = right.cross(forward);
+  const double half_height = kFilled * std::tan(model->vis.global.fovy * M_PI / 360);
+  const double half_width = aspect * half_height;
+
+  // Centring changes how large things look, and the distance where the centre is: a few rounds settle both.
+  Eigen::Vector3d middle = balls.front().head<3>();
+  double distance = 2;
+  for (int round = 0; round < 30; ++round) {
+    Eigen::Array2d low = Eigen::Array2d::Constant(1e9), high = -low;
+    for (const Eigen::Vector4d& ball : balls) {
+      const Eigen::Vector3d offset = ball.head<3>() - middle;
+      const double depth = std::max(0.1, distance + offset.dot(forward));
+      const Eigen::Array2d seen(offset.dot(right) / depth, offset.dot(up) / depth);
+      low = low.min(seen - ball[3] / depth);
+      high = high.max(seen + ball[3] / depth);
+    }
+    const Eigen::Array2d centre = (low + high) / 2, size = (high - low) / 2;
+    middle += distance * (centre[0] * right + centre[1] * up);
+    distance *= std::max(size[0] / half_width, size[1] / half_height);
   }
   mjvCamera camera;
   mjv_defaultCamera(&camera);
-  const Eigen::Array3d middle = (low + high) / 2;
   for (int i = 0; i < 3; ++i) camera.lookat[i] = middle[i];
-  const double radius = (high - low).matrix().norm() / 2;
-  const double half_view = model->vis.global.fovy * M_PI / 360;
-  camera.distance = 0.75 * radius / std::sin(std::min(half_view, std::atan(aspect * std::tan(half_view))));
-  camera.azimuth = 140;
-  camera.elevation = -28;
+  camera.distance = distance;
+  camera.azimuth = kAzimuth;
+  camera.elevation = kElevation;
   return camera;
 }
 
