@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <deque>
 #include <future>
+#include <memory>
 #include <optional>
+#include <set>
 
 #include "tether/common/log.h"
 #include "tether/planning/checker.h"
@@ -158,10 +160,6 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   return verdict;
 }
 
-bool BeginsWith(const std::vector<int>& actions, const std::vector<int>& prefix) {
-  return actions.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), actions.begin());
-}
-
 task::SearchOutcome NextSkeleton(task::SkeletonSearch& search, const Limits& limits) {
   // In short turns, so that an interruption is noticed.
   for (;;) {
@@ -174,6 +172,49 @@ task::SearchOutcome NextSkeleton(task::SkeletonSearch& search, const Limits& lim
   }
 }
 
+/// The skeletons of a task in order, each once. After a refutation the search begins anew with all that is
+/// refuted and skips what was dealt with, so that what comes next does not depend on how far it had looked
+/// ahead.
+class SkeletonSource {
+ public:
+  SkeletonSource(const symbolic::Task& task, int max_actions) : task_(task), max_actions_(max_actions) {
+    Restart();
+  }
+
+  task::SearchOutcome Next(const Limits& limits) {
+    for (;;) {
+      task::SearchOutcome outcome = NextSkeleton(*search_, limits);
+      if (!outcome.found() || !dealt_with_.contains(outcome.skeleton->actions)) return outcome;
+    }
+  }
+  void DealtWith(const std::vector<int>& actions) { dealt_with_.insert(actions); }
+  void Refute(std::vector<int> prefix, const std::string& reason) {
+    task::Conflict conflict;
+    conflict.kind = task::Conflict::Kind::kProved;
+    conflict.prefix = std::move(prefix);
+    conflict.reason = reason;
+    conflicts_.push_back(std::move(conflict));
+    Restart();
+  }
+  int expanded() const { return static_cast<int>(search_->expanded()); }
+  int generated() const { return static_cast<int>(search_->generated()); }
+
+ private:
+  void Restart() {
+    // The search holds the task by shared pointer, but does not outlive this one.
+    search_ = std::make_unique<task::SkeletonSearch>(
+        std::shared_ptr<const symbolic::Task>(&task_, [](const symbolic::Task*) {}),
+        task::SkeletonOptions{max_actions_});
+    for (const task::Conflict& conflict : conflicts_) search_->AddConflict(conflict);
+  }
+
+  const symbolic::Task& task_;
+  int max_actions_;
+  std::unique_ptr<task::SkeletonSearch> search_;
+  std::vector<task::Conflict> conflicts_;
+  std::set<std::vector<int>> dealt_with_;
+};
+
 }  // namespace
 
 PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
@@ -181,25 +222,22 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
   const Limits limits(problem.search);
   const SceneFacts facts(problem);
   PlanReport report;
-  // The search holds the task by shared pointer; it does not outlive this call.
-  task::SkeletonSearch search(std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
-                              {problem.search.max_actions});
+  SkeletonSource source(task, problem.search.max_actions);
   struct Running {
     std::vector<int> actions;
     std::future<Verdict> verdict;
   };
   std::deque<Running> running;
-  std::vector<std::vector<int>> refuted;
   bool searching = true;
   task::SearchStatus ended = task::SearchStatus::kFound;
-  int found = 0, feasible = 0;
+  int feasible = 0;
   const auto enough = [&] { return problem.search.max_plans > 0 && feasible >= problem.search.max_plans; };
   const size_t window = static_cast<size_t>(std::max(1, problem.search.threads));
 
   while (!enough()) {
     while (searching && running.size() < window && !limits.Over()) {
       const auto begin = Clock::now();
-      const task::SearchOutcome outcome = NextSkeleton(search, limits);
+      const task::SearchOutcome outcome = source.Next(limits);
       report.search_s += Seconds(begin);
       if (!outcome.found()) {
         ended = outcome.status;
@@ -207,9 +245,10 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
         break;
       }
       const std::vector<std::string> actions = ActionNames(task, *outcome.skeleton);
+      const int index = static_cast<int>(report.candidates.size() + running.size());
       running.push_back(
           {outcome.skeleton->actions, std::async(window > 1 ? std::launch::async : std::launch::deferred,
-                                                 [&facts, &limits, actions, index = found++] {
+                                                 [&facts, &limits, actions, index] {
                                                    return OptimizeCandidate(facts, actions, index, limits);
                                                  })});
     }
@@ -217,19 +256,14 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
     const std::vector<int> actions = std::move(running.front().actions);
     Verdict verdict = running.front().verdict.get();
     running.pop_front();
-    // Begun before its beginning was refuted; with one thread it would not have been.
-    if (std::any_of(refuted.begin(), refuted.end(),
-                    [&](const auto& prefix) { return BeginsWith(actions, prefix); })) {
-      continue;
-    }
+    source.DealtWith(actions);
     if (verdict.refuted_prefix > 0) {
-      task::Conflict conflict;
-      conflict.kind = task::Conflict::Kind::kProved;
-      conflict.prefix.assign(actions.begin(),
-                             actions.begin() + static_cast<std::ptrdiff_t>(verdict.refuted_prefix));
-      conflict.reason = verdict.report.reason;
-      search.AddConflict(conflict);
-      refuted.push_back(conflict.prefix);
+      // Others that were begun meanwhile may be refuted too: with one thread they would not have been begun.
+      for (Running& other : running) other.verdict.wait();
+      running.clear();
+      source.Refute({actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(verdict.refuted_prefix)},
+                    verdict.report.reason);
+      searching = true;
     }
     CandidateReport candidate = std::move(verdict.report);
     feasible += candidate.feasible() ? 1 : 0;
@@ -241,8 +275,8 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
   // gives the same report.
   for (Running& rest : running) rest.verdict.wait();
 
-  report.expanded = static_cast<int>(search.expanded());
-  report.generated = static_cast<int>(search.generated());
+  report.expanded = source.expanded();
+  report.generated = source.generated();
   for (const CandidateReport& candidate : report.candidates) report.optimize_s += candidate.optimize_s;
   report.total_s = limits.Elapsed();
   const bool all_seen = ended == task::SearchStatus::kExhausted;
