@@ -99,7 +99,9 @@ TEST(CliTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
 }
 
 TEST(CliTest, NumbersOutOfRangeAreBadInput) {
-  EXPECT_EQ(Tether("plan " + Scenario("stacking") + " --seed -4").exit_code, 2);
+  const Outcome seed = Tether("plan " + Scenario("stacking") + " --seed -4");
+  EXPECT_EQ(seed.exit_code, 2);
+  EXPECT_THAT(seed.err, HasSubstr("--seed: '-4' (a whole number, zero or more, is accepted)"));
   EXPECT_EQ(Tether("run " + Scenario("stacking") + " --seed -4").exit_code, 2);
   const Outcome candidate = Tether("run " + Scenario("stacking") + " --candidate 0");
   EXPECT_EQ(candidate.exit_code, 2);

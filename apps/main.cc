@@ -35,6 +35,16 @@ extern "C" void RequestStop(int signal) {
   }
 }
 
+/// CLI11 alone takes -4 as a very large unsigned number.
+CLI::Validator WholeNumber() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+        return digits ? "" : "'" + text + "' (a whole number, zero or more, is accepted)";
+      },
+      "");
+}
+
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command.add_option("--solver", overrides.solver, "Nonlinear solver: ipopt or nlopt")->type_name("NAME");
   command.add_option("--max-actions", overrides.max_actions, "Longest action sequence tried")->type_name("N");
@@ -55,7 +65,7 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");
   command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")
-      ->check(CLI::NonNegativeNumber)
+      ->check(WholeNumber())
       ->type_name("N");
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
@@ -86,7 +96,7 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
       ->type_name("FILE");
   command
       ->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's: perturbs the start")
-      ->check(CLI::NonNegativeNumber)
+      ->check(WholeNumber())
       ->type_name("N");
   command->add_flag("--realtime", arguments.realtime, "Not faster than the clock on the wall");
   command->add_option("--snapshots", arguments.snapshots, "Write a PNG at each step boundary to DIR")

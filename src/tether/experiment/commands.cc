@@ -252,7 +252,9 @@ int RunCommand(const RunArguments& arguments) {
   if (!plan) {
     RunReport none;
     none.status = exit_code == kExitInterrupted ? RunStatus::kInterrupted : RunStatus::kNotCalled;
+    const Value* message = plan_report.Find("message");
     none.reason = "there is no plan to run";
+    if (message != nullptr && !message->AsText().empty()) none.reason += ": " + message->AsText();
     WriteJsonTo(arguments.json, WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
     return exit_code == kExitSuccess ? kExitInternal : exit_code;
   }

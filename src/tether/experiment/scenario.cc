@@ -53,6 +53,9 @@ class ScenarioParser {
   }
 
   Scenario Read() {
+    if (fs::is_directory(scenario_.path)) {
+      throw InputError({{Location{scenario_.path, 0, 0}, "this is a folder", "the path of a scenario file"}});
+    }
     const Value document = ReadYaml(scenario_.path);
     if (document.is_null()) {
       throw InputError({{Location{scenario_.path, 0, 0}, "there is nothing in this file",
