@@ -1,3 +1,4 @@
+; A tower on amber, where it stands: blue, coral, denim. Objects are those of the scenario file, by name.
 (define (problem tower)
   (:domain stacking)
   (:objects amber blue coral denim - block)

@@ -1,3 +1,4 @@
+; The crate is to stand on the tray, and the rake not in the hand. The crate is not (near): the rake must push it.
 (define (problem crate-to-tray)
   (:domain tool-use)
   (:objects
