@@ -35,7 +35,7 @@ struct ProgramOptions {
   Weights weights;
   bool home = true;                 ///< The hand returns to its start at the end.
   double hand_clearance = 0.002;    ///< Between the open hand and everything else, m.
-  double object_clearance = 0.015;  ///< Between carried objects and everything else, m.
+  double object_clearance = 0.015;  ///< Between carried objects and everything else, where there is room, m.
   double feasible_m = 1e-3;         ///< What the checker lets pass, m …
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kIpopt;

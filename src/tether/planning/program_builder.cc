@@ -84,7 +84,7 @@ bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::str
   return false;
 }
 
-void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, bool tight,
                    const std::vector<Exemption>& exemptions, KeyPoseProgram& out, ProgramSink& sink) {
   const ProgramOptions& options = facts.problem().program;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
@@ -96,7 +96,8 @@ void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
         if (std::find(moved.begin(), moved.end(), b) != moved.end()) continue;
         const auto& parts_a = facts.ShapeOf(a)->parts;
         const auto& parts_b = facts.ShapeOf(b)->parts;
-        const double clearance = a == kHand || b == kHand ? options.hand_clearance : options.object_clearance;
+        const bool hand = tight || a == kHand || b == kHand;
+        const double clearance = hand ? options.hand_clearance : options.object_clearance;
         for (size_t i = 0; i < parts_a.size(); ++i) {
           for (size_t j = 0; j < parts_b.size(); ++j) {
             if (IsExempt(exemptions, t, a, static_cast<int>(i), b, static_cast<int>(j))) continue;
@@ -154,7 +155,8 @@ std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& t
 }
 
 KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
-                            const Variant& variant, double noise, Random random) {
+                            const Variant& variant, const ProgramStart& start) {
+  Random random = start.random;
   const Problem& problem = facts.problem();
   KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1};
   std::vector<Exemption> exemptions;
@@ -184,7 +186,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
       return out;
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);
-    poses.push_back(noise > 0 ? X_TC * Noise(random, noise) : X_TC);
+    poses.push_back(start.noise > 0 ? X_TC * Noise(random, start.noise) : X_TC);
     const StepContext context(facts, out.tree, poses, t, control, target, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       Pose guess = poses.back();
@@ -198,7 +200,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   }
   const int num_steps = static_cast<int>(steps.size());
   AddReach(problem, num_steps, steps, sink);
-  AddClearances(facts, steps, exemptions, out, sink);
+  AddClearances(facts, steps, start.tight, exemptions, out, sink);
   AddCosts(problem, num_steps, sink);
   return out;
 }

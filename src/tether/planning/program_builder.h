@@ -25,12 +25,18 @@ struct KeyPoseProgram {
 /// Which way to take at each choice, by its key; the best one where a key is missing.
 using Variant = std::map<std::string, int>;
 
+/// How the start of a program differs from the plain one.
+struct ProgramStart {
+  double noise = 0;    ///< Random displacement of the guess: 1 is about 12 cm and 0.2 rad.
+  bool tight = false;  ///< Carried objects need to keep only the hand's clearance.
+  Random random{0};    ///< What the displacement is drawn from.
+};
+
 /// Builds paper A's program (3)–(5) for a bound skeleton: variables are the poses of each step's control
 /// frame in its target; the cost is (4); rows come from the steps' constraints, from every near pair of
-/// solids (17), and from the arm's reach. `noise` ≥ 0 scales a random displacement of the start (1: about 10
-/// cm and 0.5 rad), drawn from `random`.
+/// solids (17), and from the arm's reach.
 KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
-                            const Variant& variant, double noise, Random random);
+                            const Variant& variant = {}, const ProgramStart& start = {});
 
 /// What moves at a step: the control frame, everything that hangs on it, and the hand.
 std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,

@@ -42,7 +42,7 @@ TEST(ProgramBuilderTest, EveryJacobianAgreesWithNumericDifferentiation) {
   std::set<std::string> kinds;
   int checked = 0;
   for (double noise : {0.05, 0.5, 1.0}) {
-    const KeyPoseProgram key_poses = BuildProgram(facts, steps, {}, noise, Random(5));
+    const KeyPoseProgram key_poses = BuildProgram(facts, steps, {}, {noise, false, Random(5)});
     ASSERT_THAT(key_poses.refutations, ::testing::IsEmpty());
     nlp::Point x = key_poses.guess;
     Random random(7);
@@ -71,7 +71,7 @@ TEST(ProgramBuilderTest, EveryJacobianAgreesWithNumericDifferentiation) {
 TEST(ProgramBuilderTest, APlacedObjectDependsOnNoEarlierStep) {
   const Problem problem = ReachProblem();
   const SceneFacts facts(problem);
-  const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, kToTable), {}, 0, Random(1));
+  const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, kToTable));
   int rows = 0;
   for (const nlp::Term& term : key_poses.program.terms()) {
     if (term.residual->name().find("supported(") == std::string::npos) continue;
@@ -85,8 +85,7 @@ TEST(ProgramBuilderTest, WhatIsTooWideIsRefutedInWords) {
   Problem problem = ReachProblem();
   problem.scene.objects[2].shape = geometry::Shape(geometry::Box{{0.1, 0.1, 0.05}});
   const SceneFacts facts(problem);
-  const KeyPoseProgram key_poses =
-      BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}), {}, 0, Random(1));
+  const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}));
   ASSERT_EQ(key_poses.refutations.size(), 1u);
   EXPECT_THAT(key_poses.refutations[0],
               HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
@@ -96,7 +95,7 @@ TEST(ProgramBuilderTest, NothingCanBePlacedOnWhatItCarries) {
   const Problem problem = ReachProblem();
   const SceneFacts facts(problem);
   const KeyPoseProgram key_poses =
-      BuildProgram(facts, BindSkeleton(problem, {"place(box,hook)", "place(hook,box)"}), {}, 0, Random(1));
+      BuildProgram(facts, BindSkeleton(problem, {"place(box,hook)", "place(hook,box)"}));
   ASSERT_FALSE(key_poses.refutations.empty());
   EXPECT_THAT(key_poses.refutations.back(), HasSubstr("box hangs on hook"));
 }
