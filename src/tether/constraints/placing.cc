@@ -183,7 +183,8 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   // The nearest yaw, and for it the nearest place on the way to the middle, where the demand holds.
   const auto place = [&](const Vector3d& from) {
     for (int turn = 0; turn < 24; ++turn) {
-      const double yaw = (turn % 2 == 0 ? -1 : 1) * ((turn + 1) / 2) * (std::numbers::pi / 12);
+      const int twelfths = (turn % 2 == 0 ? -1 : 1) * ((turn + 1) / 2);
+      const double yaw = twelfths * std::numbers::pi / 12;
       Pose X(math::ExpSO3(up * yaw) * start.R, from);
       Vector3d goal = CentroidOf(placement->support) -
                       X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());

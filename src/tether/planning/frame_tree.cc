@@ -1,6 +1,7 @@
 #include "tether/planning/frame_tree.h"
 
 #include <cassert>
+#include <ranges>
 
 #include "tether/constraints/context.h"
 
@@ -61,11 +62,11 @@ Chain FrameTree::ChainTo(const std::string& frame, int step) const {
     upward.push_back(nodes[static_cast<size_t>(i)].link);
   }
   Chain chain;
-  for (auto link = upward.rbegin(); link != upward.rend(); ++link) {
-    if (link->variable < 0 && !chain.empty() && chain.back().variable < 0) {
-      chain.back().X = chain.back().X * link->X;
+  for (const ChainLink& link : std::views::reverse(upward)) {
+    if (link.variable < 0 && !chain.empty() && chain.back().variable < 0) {
+      chain.back().X = chain.back().X * link.X;
     } else {
-      chain.push_back(*link);
+      chain.push_back(link);
     }
   }
   return chain;
