@@ -127,6 +127,35 @@ TEST(CliTest, ShippedFilesAreInOrder) {
   EXPECT_THAT(outcome.out, Not(HasSubstr("\x1b"))) << "colours belong on terminals only";
 }
 
+TEST(CliTest, ABadFileDoesNotHideTheOthersResults) {
+  const Outcome outcome = Tether("check " + Scenario("hanoi") + " no_such.yaml " + Scenario("stacking"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.out, HasSubstr("hanoi.yaml: scenario, ok"));
+  EXPECT_THAT(outcome.out, HasSubstr("stacking.yaml: scenario, ok"));
+  EXPECT_THAT(outcome.err, HasSubstr("no_such.yaml: cannot read this file"));
+}
+
+TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
+  const std::string start = ::testing::TempDir() + "tether_cli_proof_";
+  WriteFile(start + "problem.pddl",
+            "(define (problem p) (:domain stacking) (:objects slab cube - block)"
+            " (:init (on slab bench) (on cube bench)) (:goal (on slab cube)))");
+  const std::string scenario = start + "scenario.yaml";
+  WriteFile(scenario,
+            "format: tether.scenario/1\nrobots: {arm: {model: panda}}\nobjects:\n"
+            "  bench: {shape: {box: [0.8, 0.9, 0.1]}, pose: {position: [0.6, 0, -0.05]}}\n"
+            "  slab: {shape: {box: [0.12, 0.11, 0.03]}, mass: 0.2, pose: {position: [0.5, 0.2, 0.015]}}\n"
+            "  cube: {shape: {box: [0.06, 0.06, 0.06]}, mass: 0.2, pose: {position: [0.5, -0.2, 0.03]}}\n"
+            "task: {domain: '" +
+                kSource + "/scenarios/stacking/domain.pddl', problem: '" + start +
+                "problem.pddl', max_actions: 40}\nactions: [manipulation]\n");
+  const Outcome outcome = Tether("plan '" + scenario + "'");
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out,
+              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper takes"));
+  EXPECT_EQ(Tether("plan '" + scenario + "' --max-actions 1").exit_code, 4) << "a depth limit proves nothing";
+}
+
 TEST(CliTest, ADepthLimitIsGivingUp) {
   const Outcome outcome = Tether("plan " + Scenario("workspace_reach") + " --max-actions 2 --json -");
   ASSERT_EQ(outcome.exit_code, 4) << outcome.err;

@@ -133,9 +133,13 @@ class GeometryCheck {
 
 class FileChecker {
  public:
+  explicit FileChecker(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
   std::vector<FileCheck> Run(const std::vector<std::string>& files) {
     std::vector<std::pair<size_t, Value>> plans;
+    std::vector<bool> mistaken(files.size(), false);
     for (const std::string& file : files) {
+      const size_t before = diagnostics_.list().size();
       checks_.push_back({file, "", {}, {}});
       try {
         const Value document = ReadYaml(file);
@@ -158,6 +162,7 @@ class FileChecker {
       } catch (const InputError& error) {
         diagnostics_.Add(error);
       }
+      mistaken[checks_.size() - 1] = diagnostics_.list().size() > before;
     }
     // Plans come last: their scenario may stand anywhere among the files.
     for (const auto& [index, document] : plans) {
@@ -165,10 +170,14 @@ class FileChecker {
         CheckOnePlan(document, checks_[index]);
       } catch (const InputError& error) {
         diagnostics_.Add(error);
+        mistaken[index] = true;
       }
     }
-    diagnostics_.ThrowIfAny();
-    return std::move(checks_);
+    std::vector<FileCheck> sound;
+    for (size_t i = 0; i < checks_.size(); ++i) {
+      if (!mistaken[i]) sound.push_back(std::move(checks_[i]));
+    }
+    return sound;
   }
 
  private:
@@ -272,7 +281,7 @@ class FileChecker {
     if (!task->IsGoal(state)) check.problems.push_back("the plan's actions do not reach the goal");
   }
 
-  Diagnostics diagnostics_;
+  Diagnostics& diagnostics_;
   std::vector<FileCheck> checks_;
   std::deque<Scenario> scenarios_;
 };
@@ -281,6 +290,15 @@ class FileChecker {
 
 std::vector<std::string> CheckGeometry(const Scenario& scenario) { return GeometryCheck(scenario).Run(); }
 
-std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files) { return FileChecker().Run(files); }
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files, Diagnostics& diagnostics) {
+  return FileChecker(diagnostics).Run(files);
+}
+
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files) {
+  Diagnostics diagnostics;
+  std::vector<FileCheck> checks = CheckFiles(files, diagnostics);
+  diagnostics.ThrowIfAny();
+  return checks;
+}
 
 }  // namespace tether::experiment

@@ -23,8 +23,11 @@ std::vector<std::string> CheckGeometry(const Scenario& scenario);
 
 /// Checks files in formats `tether.scenario/1`, `tether.actions/1`, `tether.events/1` and `tether.plan/1`. A
 /// plan is judged by the independent checker, with the scenario among `files` that has its title, else with
-/// the one that it names. Throws InputError with the mistakes of all files; what is found in files without
-/// mistakes is returned.
+/// the one that it names. Files with mistakes are left out of what is returned; the mistakes go to
+/// `diagnostics`.
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files, Diagnostics& diagnostics);
+
+/// The same, but throws InputError with the mistakes of all files if there are any.
 std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files);
 
 }  // namespace tether::experiment

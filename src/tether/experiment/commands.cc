@@ -281,7 +281,8 @@ int RunCommand(const RunArguments& arguments) {
 int CheckCommand(const CheckArguments& arguments) {
   const Terminal terminal;
   bool good = true;
-  for (const FileCheck& check : CheckFiles(arguments.files)) {
+  Diagnostics mistakes;
+  for (const FileCheck& check : CheckFiles(arguments.files, mistakes)) {
     const bool fine = check.problems.empty();
     good = good && fine;
     std::string line = check.file + ": " + check.kind + ", ";
@@ -292,6 +293,7 @@ int CheckCommand(const CheckArguments& arguments) {
     terminal.Print(line);
     for (const std::string& problem : check.problems) terminal.Print("  " + problem);
   }
+  mistakes.ThrowIfAny();
   return good ? kExitSuccess : kExitFailed;
 }
 
