@@ -7,6 +7,7 @@
 #include "tether/constraints/surface.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/query.h"
+#include "tether/geometry/support.h"
 
 namespace tether::constraints {
 namespace {
@@ -148,11 +149,17 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
   std::vector<HalfSpaceRow> rows;
   for (const Vector3d& n : centred) rows.push_back({Vector3d::Zero(), n, n.dot(part.X_SP.p)});
   sink.Add(Role::kEquality, label + ": centred between the fingers", MakeHalfSpaces(rows), frames);
-  if (context.robot() != nullptr) {
-    const double depth = context.robot()->gripper().palm_depth - kPalmClearance;
-    sink.Add(Role::kInequality, label + ": palm clear of its top",
-             MakeHalfSpaces({{Vector3d::Zero(), -up, depth - PartSupport(part, up)}}), frames);
-  }
+  if (context.robot() == nullptr) return;
+  const robot::Gripper& gripper = context.robot()->gripper();
+  sink.Add(
+      Role::kInequality, label + ": palm clear of its top",
+      MakeHalfSpaces({{Vector3d::Zero(), -up, gripper.palm_depth - kPalmClearance - PartSupport(part, up)}}),
+      frames);
+  // Pads that reach below the object would close on what it stands on.
+  sink.Add(
+      Role::kInequality, label + ": pads not below it",
+      MakeHalfSpaces({{Vector3d::Zero(), -up, geometry::Support(*shape, -up) - gripper.pad_half_height}}),
+      frames);
 }
 
 void CheckGraspable(const Context& context, const Parameters& parameters, Findings& findings) {
@@ -174,11 +181,13 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   findings.Report(label + ": width between the fingers", nlp::Unit::kMetre,
                   upper + lower - MaxOpening(context));
   findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower));
-  if (context.robot() != nullptr) {
-    const Vector3d up = -X_OH.R.col(2);
-    findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
-                    PartSupport(part, up) - up.dot(X_OH.p) - context.robot()->gripper().palm_depth);
-  }
+  if (context.robot() == nullptr) return;
+  const robot::Gripper& gripper = context.robot()->gripper();
+  const Vector3d down = X_OH.R.col(2);
+  findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
+                  PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth);
+  findings.Report(label + ": pads not below it", nlp::Unit::kMetre,
+                  down.dot(X_OH.p) + gripper.pad_half_height - geometry::Support(*shape, down));
 }
 
 }  // namespace
@@ -230,8 +239,8 @@ Kind GraspableKind() {
   return {"graspable",
           "The hand stands so that its two fingers can close on the object: it approaches from above the "
           "face that the object stands on, "
-          "closes along a direction in which the object fits between the fingers, is centred, and its palm "
-          "is clear. The orientation that is "
+          "closes along a direction in which the object fits between the fingers, is centred, its palm is "
+          "clear, and its pads do not reach below the object. The orientation that is "
           "planned is the one that is executed. Directions are tried from the narrowest; of equal ones, "
           "where the fingers are clearest.",
           "Paper A, section VI-B; ERRATA A13",

@@ -88,11 +88,13 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   std::optional<double> least_violation;
   std::vector<std::string> refutations;
   bool all_refuted = true;
-  int further = 0;  // ways tried after a feasible one
+  int tried = 0;    // ways tried
+  int further = 0;  // of those, after a feasible one
   double turn_share = 0;
   VariantQueue variants(options.max_variants);
   while (const auto variant = variants.Next()) {
-    const int starts = least_violation == 0.0 ? 1 : std::max(1, options.starts);
+    // The less likely a way is, the fewer starts it gets.
+    const int starts = least_violation == 0.0 ? 1 : std::max(1, options.starts - tried++ / 2);
     for (int start = 0; start < starts; ++start) {
       if (limits.Over()) break;
       // What fails with room to spare may do without: the last start asks for less.
@@ -280,8 +282,8 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
 
   report.expanded = source.expanded();
   report.generated = source.generated();
-  for (const CandidateReport& candidate : report.candidates) report.optimize_s += candidate.optimize_s;
   report.total_s = limits.Elapsed();
+  report.optimize_s = report.total_s - report.search_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   report.complete = !limits.Over() && !enough() && (all_seen || ended == task::SearchStatus::kDepthLimit);
   const bool all_proved =
