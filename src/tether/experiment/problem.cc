@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <thread>
 
-#include "tether/common/log.h"
 #include "tether/robot/model.h"
 
 namespace tether::experiment {
@@ -28,12 +27,7 @@ planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Sce
 }
 
 nlp::Backend ChooseBackend(const Scenario& scenario, const std::string& override_name) {
-  if (!override_name.empty()) return nlp::ParseBackend(override_name);
-  if (scenario.planning.solver == "native") {
-    LogWarning(scenario.path + ": this build has no native solver; IPOPT is used instead");
-    return nlp::Backend::kIpopt;
-  }
-  return nlp::ParseBackend(scenario.planning.solver);
+  return nlp::ParseBackend(override_name.empty() ? scenario.planning.solver : override_name);
 }
 
 void CheckOverrides(const PlanningOverrides& overrides) {

@@ -13,6 +13,7 @@ namespace tether::nlp {
 
 std::unique_ptr<Solver> MakeIpoptSolver();
 std::unique_ptr<Solver> MakeNloptSolver();
+std::unique_ptr<Solver> MakeNativeSolver();
 
 /// Watches one solve: its limits, its trace and its verdict. The clock starts when it is made.
 class Monitor {
@@ -30,9 +31,15 @@ class Monitor {
   void End(Status status) { reason_ = status; }
   /// Adds to the trace, if one is asked for. Iterations count from 0; a repeated number is ignored.
   void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
+  /// The same for a backend that has the figures at hand.
+  void Record(int iteration, double cost, double violation_m, double violation_rad);
+  bool WantsRecord(int iteration) const {
+    return options_.trace && (trace_.empty() || iteration > trace_.back().iteration);
+  }
 
   int max_iterations() const { return options_.max_iterations; }
   double constraint_tolerance() const { return options_.constraint_tolerance; }
+  double cost_tolerance() const { return options_.cost_tolerance; }
   double SecondsLeft() const;
 
   /// The result at x: judged by Assess, in the program's own terms. `status` and `message` are the backend's;

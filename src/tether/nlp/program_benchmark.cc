@@ -37,6 +37,8 @@ void BM_Solve(benchmark::State& state) {
   state.counters["evaluations"] = result.evaluations;
 }
 BENCHMARK(BM_Solve)
+    ->Args({static_cast<int>(Backend::kNative), 3})
+    ->Args({static_cast<int>(Backend::kNative), 14})
     ->Args({static_cast<int>(Backend::kIpopt), 3})
     ->Args({static_cast<int>(Backend::kNlopt), 3})
     ->Args({static_cast<int>(Backend::kIpopt), 14})

@@ -12,8 +12,8 @@
 namespace tether::nlp {
 namespace {
 
-constexpr std::array<std::pair<Backend, const char*>, 2> kBackends{
-    {{Backend::kIpopt, "ipopt"}, {Backend::kNlopt, "nlopt"}}};
+constexpr std::array<std::pair<Backend, const char*>, 3> kBackends{
+    {{Backend::kNative, "native"}, {Backend::kIpopt, "ipopt"}, {Backend::kNlopt, "nlopt"}}};
 
 std::string Format(const char* format, auto... values) {
   char text[256];
@@ -93,7 +93,15 @@ Backend ParseBackend(const std::string& name) {
 }
 
 std::unique_ptr<Solver> MakeSolver(Backend backend) {
-  return backend == Backend::kIpopt ? MakeIpoptSolver() : MakeNloptSolver();
+  switch (backend) {
+    case Backend::kNative:
+      return MakeNativeSolver();
+    case Backend::kIpopt:
+      return MakeIpoptSolver();
+    case Backend::kNlopt:
+      return MakeNloptSolver();
+  }
+  return nullptr;
 }
 
 Monitor::Monitor(const Program& program, const Options& options)
@@ -122,10 +130,13 @@ void Monitor::FailNotFinite(const std::string& name) {
 }
 
 void Monitor::Record(int iteration, VectorView& view, const Eigen::VectorXd& x) {
-  if (!options_.trace || (!trace_.empty() && iteration <= trace_.back().iteration)) return;
-  if (!view.EvaluateValues(x)) return;
-  trace_.push_back(
-      {iteration, view.cost(), view.ViolationIn(Unit::kMetre), view.ViolationIn(Unit::kRadian), Seconds()});
+  if (!WantsRecord(iteration) || !view.EvaluateValues(x)) return;
+  Record(iteration, view.cost(), view.ViolationIn(Unit::kMetre), view.ViolationIn(Unit::kRadian));
+}
+
+void Monitor::Record(int iteration, double cost, double violation_m, double violation_rad) {
+  if (!WantsRecord(iteration)) return;
+  trace_.push_back({iteration, cost, violation_m, violation_rad, Seconds()});
 }
 
 Result Monitor::Finish(Point x, Status status, std::string message, int iterations, int evaluations) {

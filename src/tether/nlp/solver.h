@@ -58,7 +58,7 @@ struct Result {
 };
 
 /// The closed set of solvers.
-enum class Backend { kIpopt, kNlopt };
+enum class Backend { kNative, kIpopt, kNlopt };
 std::string ToString(Backend backend);
 /// Throws InputError listing the names accepted.
 Backend ParseBackend(const std::string& name);

@@ -1,0 +1,197 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tether/nlp/backends.h"
+#include "tether/nlp/elastic_qp.h"
+#include "tether/nlp/manifold_view.h"
+
+namespace tether::nlp {
+namespace {
+
+constexpr double kFirstPenalty = 10;
+constexpr double kLargestPenalty = 1e5;
+constexpr double kPenaltyGrowth = 10;
+constexpr double kLeastDamping = 1e-6;
+constexpr double kFirstDamping = 1e-3;
+constexpr double kLargestDamping = 1e8;
+constexpr double kLongestTurn = 1.2;  // rad, of one pose in one step
+constexpr double kAcceptance = 1e-3;  // least share of the predicted decrease
+constexpr double kPredictionNoise = 1e-13;
+// Nearly done for so many iterations, of which so many were refused: the iterates only jump across a kink.
+constexpr int kQuietIterations = 5;
+constexpr int kQuietRefusals = 2;
+// As good as converged: where rows curve much, Gauss–Newton's last digits come slowly.
+constexpr int kSlowIterations = 5;
+constexpr double kQuietChange = 1e-4;  // of the merit, relative
+
+/// Sequential quadratic programming on the manifold: Gauss–Newton in the cost, exact Jacobians of the rows,
+/// an ℓ1 merit function f + ν Σ violation, and Levenberg–Marquardt damping in place of a trust region. The
+/// subproblems are elastic, so they always have a solution; where the merit function is stationary though
+/// rows are violated, ν grows, and at its largest value the point is locally infeasible.
+class NativeRun {
+ public:
+  NativeRun(const Program& program, const Point& guess, const Options& options)
+      : monitor_(program, options),
+        view_(program),
+        qp_(view_),
+        x_(view_.Start(guess)),
+        trial_(x_),
+        here_(view_.MakeValues()),
+        there_(view_.MakeValues()),
+        Hd_(Eigen::VectorXd::Zero(view_.num_coordinates())),
+        step_(Hd_),
+        Jd_(Eigen::VectorXd::Zero(view_.num_rows())),
+        model_rows_(Jd_) {}
+
+  Result Run() {
+    Iterate();
+    return monitor_.Finish(std::move(x_), status_, std::move(message_), iterations_, view_.evaluations());
+  }
+
+ private:
+  void End(Status status, const char* message = "") {
+    status_ = status;
+    message_ = message;
+  }
+
+  bool Evaluate(const Point& x, ManifoldView::Values& values) {
+    if (monitor_.ReasonToEnd()) return false;
+    if (view_.Evaluate(x, values)) return true;
+    monitor_.FailNotFinite(view_.not_finite());
+    return false;
+  }
+
+  /// A residual that is not finite at a trial point refuses the step, and fails the solve only if no shorter
+  /// one helps.
+  bool EvaluateTrial() { return !monitor_.ReasonToEnd() && view_.Evaluate(trial_, there_); }
+
+  double Merit(const ManifoldView::Values& values) const {
+    return values.cost + penalty_ * view_.TotalViolation(values.rows);
+  }
+
+  /// Takes the subproblem's step, shortened where it turns a pose too far, as step_; returns the decrease of
+  /// the merit that the undamped model predicts.
+  double Predict(double merit) {
+    const double turn = view_.LargestTurn(qp_.d());
+    step_ = kLongestTurn / std::max(turn, kLongestTurn) * qp_.d();
+    qp_.MultiplyCurvature(here_, step_, Hd_);
+    qp_.Multiply(here_, step_, Jd_);
+    model_rows_ = here_.rows + Jd_;
+    return merit - (here_.cost + here_.gradient.dot(step_) + 0.5 * step_.dot(Hd_) +
+                    penalty_ * view_.TotalViolation(model_rows_));
+  }
+
+  bool Converged(double predicted, double merit) const {
+    // With multipliers y the gradient of the Lagrangian is −(H + λI) d.
+    const double slope = step_.size() == 0 ? 0 : (Hd_ + damping_ * step_).cwiseAbs().maxCoeff();
+    const double tolerance = monitor_.cost_tolerance();
+    return (slope <= tolerance && predicted <= tolerance * (1 + merit)) ||
+           predicted <= kPredictionNoise * (1 + merit) || slow_iterations_ >= kSlowIterations;
+  }
+
+  void NoteProgress(double predicted, double merit, bool accepted) {
+    const bool quiet = predicted <= kQuietChange * (1 + merit);
+    quiet_iterations_ = quiet ? quiet_iterations_ + 1 : 0;
+    slow_iterations_ = predicted <= 1e-2 * monitor_.cost_tolerance() * (1 + merit) ? slow_iterations_ + 1 : 0;
+    quiet_refusals_ = quiet ? quiet_refusals_ + (accepted ? 0 : 1) : 0;
+  }
+
+  void GrowPenalty() {
+    penalty_ *= kPenaltyGrowth;
+    damping_ = std::min(damping_, kFirstDamping);
+    quiet_iterations_ = quiet_refusals_ = slow_iterations_ = 0;
+  }
+
+  void Iterate() {
+    if (!Evaluate(x_, here_)) return;
+    Record();
+    for (;;) {
+      if (monitor_.ReasonToEnd()) return;
+      const double merit = Merit(here_);
+      qp_.Solve(here_, here_.rows, penalty_, damping_, QpTolerance());
+      if (!qp_.d().allFinite()) return End(Status::kFailed, "the subproblem broke down");
+      const double predicted = Predict(merit);
+      const bool settled = damping_ > kLargestDamping ||
+                           (quiet_iterations_ >= kQuietIterations && quiet_refusals_ >= kQuietRefusals);
+      if (settled || Converged(predicted, merit)) {
+        if (settled && !view_.not_finite().empty()) return monitor_.FailNotFinite(view_.not_finite());
+        if (view_.Violation(here_.rows) <= monitor_.constraint_tolerance())
+          return End(Status::kSolved, settled ? "settled" : "");
+        if (penalty_ >= kLargestPenalty) return End(Status::kLocallyInfeasible);
+        GrowPenalty();
+        continue;
+      }
+      if (iterations_ >= monitor_.max_iterations()) return End(Status::kIterationLimit);
+      ++iterations_;
+      const bool accepted = TryStep(merit, predicted);
+      if (monitor_.ReasonToEnd()) return;
+      NoteProgress(predicted, merit, accepted);
+      if (!accepted) {
+        damping_ = std::max(damping_ * 8, kFirstDamping);
+      }
+    }
+  }
+
+  /// Moves to the trial point if it is good enough.
+  bool TryStep(double merit, double predicted) {
+    view_.Move(x_, step_, 1, trial_);
+    if (!EvaluateTrial()) return false;
+    double ratio = (merit - Merit(there_)) / predicted;
+    if (ratio < kAcceptance) {
+      // Perhaps only the rows' curvature is in the way: once more with the rows as they are there.
+      model_rows_ = there_.rows - Jd_;
+      qp_.Solve(here_, model_rows_, penalty_, damping_, QpTolerance());
+      if (view_.LargestTurn(qp_.d()) > kLongestTurn) return false;
+      view_.Move(x_, qp_.d(), 1, trial_);
+      if (!EvaluateTrial()) return false;
+      ratio = (merit - Merit(there_)) / predicted;
+      if (ratio < kAcceptance) return false;
+    }
+    if (ratio > 0.75) damping_ = std::max(kLeastDamping, damping_ / 5);
+    if (ratio < 0.25) damping_ = std::max(2 * damping_, kFirstDamping);
+    std::swap(x_, trial_);
+    std::swap(here_, there_);
+    Record();
+    return true;
+  }
+
+  void Record() {
+    if (!monitor_.WantsRecord(iterations_)) return;
+    monitor_.Record(iterations_, here_.cost, view_.Violation(here_.rows, Unit::kMetre),
+                    view_.Violation(here_.rows, Unit::kRadian));
+  }
+
+  /// Multipliers grow with the penalty, and the subproblem's errors with them.
+  double QpTolerance() const { return 1e-10 * penalty_; }
+
+  Monitor monitor_;
+  ManifoldView view_;
+  ElasticQp qp_;
+  Point x_, trial_;
+  ManifoldView::Values here_, there_;
+  Eigen::VectorXd Hd_, step_, Jd_, model_rows_;
+  double penalty_ = kFirstPenalty;
+  double damping_ = kFirstDamping;
+  int quiet_iterations_ = 0;
+  int quiet_refusals_ = 0;
+  int slow_iterations_ = 0;
+  int iterations_ = 0;
+  Status status_ = Status::kFailed;
+  std::string message_;
+};
+
+class NativeSolver : public Solver {
+ public:
+  Result Solve(const Program& program, const Point& guess, const Options& options) const override {
+    options.Validate();
+    if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
+    return NativeRun(program, guess, options).Run();
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> MakeNativeSolver() { return std::make_unique<NativeSolver>(); }
+
+}  // namespace tether::nlp

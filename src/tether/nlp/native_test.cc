@@ -1,0 +1,191 @@
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+
+#include "tether/nlp/block_cholesky.h"
+#include "tether/nlp/elastic_qp.h"
+#include "tether/nlp/manifold_view.h"
+#include "tether/nlp/solver.h"
+#include "tether/nlp/test_programs.h"
+
+namespace {
+long allocations = 0;
+bool counting = false;
+}  // namespace
+
+#if !defined(__SANITIZE_ADDRESS__)
+// Eigen allocates by malloc, so operator new is not enough to watch.
+extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* malloc(std::size_t size) {
+  if (counting) ++allocations;
+  return __libc_malloc(size);
+}
+#endif
+
+namespace tether::nlp {
+namespace {
+
+using namespace testing;  // NOLINT
+
+/// Rows of a chain with some of them far from feasible, in the solver's form.
+struct Subproblem {
+  explicit Subproblem(const Example& example) : view(example.program), values(view.MakeValues()), qp(view) {
+    EXPECT_TRUE(view.Evaluate(view.Start(example.guess), values));
+  }
+  ManifoldView view;
+  ManifoldView::Values values;
+  ElasticQp qp;
+};
+
+TEST(EliminationPositionsTest, ATreeFillsNothing) {
+  // A star: its middle goes last, or next to last among equals.
+  const std::vector<int> star = EliminationPositions(5, {{0, 1}, {0, 2}, {0, 3}, {0, 4}});
+  EXPECT_GE(star[0], 3);
+  const std::vector<std::pair<int, int>> path{{0, 1}, {1, 2}, {2, 3}, {3, 4}};
+  const std::vector<int> positions = EliminationPositions(5, path);
+  std::vector<std::pair<int, int>> edges;
+  for (const auto& [i, j] : path)
+    edges.emplace_back(positions[static_cast<size_t>(i)], positions[static_cast<size_t>(j)]);
+  EXPECT_EQ(BlockCholesky(5, edges).num_slots(), 5 + 4);
+}
+
+TEST(BlockCholeskyTest, SolvesLikeADenseFactorisation) {
+  Random random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    const int count = 2 + trial % 6;
+    std::vector<std::pair<int, int>> edges;
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j < i; ++j) {
+        if (random.Uniform(0, 1) < 0.4) edges.emplace_back(i, j);
+      }
+    }
+    BlockCholesky factor(count, edges);
+    MatrixXd dense = 0.1 * MatrixXd::Identity(6 * count, 6 * count);
+    edges.emplace_back(0, 0);
+    for (const auto& [i, j] : edges) {
+      MatrixXd rows = MatrixXd::Zero(4, 6 * count);
+      for (int r = 0; r < 4; ++r) {
+        for (int k = 0; k < 6; ++k) {
+          rows(r, 6 * i + k) = random.Normal();
+          rows(r, 6 * j + k) = random.Normal();
+        }
+      }
+      dense += rows.transpose() * rows;
+    }
+    for (int i = 0; i < count; ++i)
+      factor.blocks()[static_cast<size_t>(factor.Slot(i, i))] = dense.block<6, 6>(6 * i, 6 * i);
+    for (const auto& [i, j] : edges)
+      factor.blocks()[static_cast<size_t>(factor.Slot(i, j))] = dense.block<6, 6>(6 * i, 6 * j);
+    VectorXd b(6 * count);
+    for (int k = 0; k < b.size(); ++k) b[k] = random.Normal();
+    VectorXd x = b;
+    factor.Factorize();
+    factor.Solve(x);
+    EXPECT_LT((x - dense.llt().solve(b)).norm(), 1e-9 * (1 + x.norm()));
+  }
+}
+
+TEST(ManifoldViewTest, DerivativesAreThoseOfTheValues) {
+  const Example example = KeyPoseChain(3, 5, 0.5);
+  Subproblem at(example);
+  Random random(2);
+  VectorXd d(at.view.num_coordinates());
+  for (int k = 0; k < d.size(); ++k) d[k] = random.Normal();
+  constexpr double kStep = 1e-5;
+  Point moved = example.guess;
+  ManifoldView::Values up = at.view.MakeValues(), down = at.view.MakeValues();
+  at.view.Move(example.guess, d, kStep, moved);
+  ASSERT_TRUE(at.view.Evaluate(moved, up));
+  at.view.Move(example.guess, d, -kStep, moved);
+  ASSERT_TRUE(at.view.Evaluate(moved, down));
+  VectorXd Jd(at.view.num_rows());
+  at.qp.Multiply(at.values, d, Jd);
+  EXPECT_LT((Jd - (up.rows - down.rows) / (2 * kStep)).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_NEAR(at.values.gradient.dot(d), (up.cost - down.cost) / (2 * kStep), 1e-6);
+  EXPECT_NEAR(at.values.cost, Assess(example.program, example.guess).cost, 1e-12);
+}
+
+TEST(ElasticQpTest, ItsSolutionIsASaddlePoint) {
+  for (const double nu : {0.1, 10.0, 1000.0}) {
+    Subproblem at(KeyPoseChain(4, 7, 0.5));
+    constexpr double kLambda = 1e-3;
+    ASSERT_TRUE(at.qp.Solve(at.values, at.values.rows, nu, kLambda, 1e-9));
+    const VectorXd &d = at.qp.d(), &y = at.qp.y();
+    VectorXd Hd(d.size()), Jd(y.size());
+    at.qp.MultiplyCurvature(at.values, d, Hd);
+    at.qp.Multiply(at.values, d, Jd);
+    // Stationary in d, against any direction.
+    Random random(3);
+    for (int i = 0; i < 10; ++i) {
+      VectorXd v(d.size()), Jv(y.size());
+      for (int k = 0; k < v.size(); ++k) v[k] = random.Normal();
+      at.qp.Multiply(at.values, v, Jv);
+      EXPECT_NEAR((at.values.gradient + Hd + kLambda * d).dot(v) + y.dot(Jv), 0, 1e-6 * v.norm());
+    }
+    // The largest in y.
+    for (int i = 0; i < y.size(); ++i) {
+      const double row = at.values.rows[i] + Jd[i], lowest = at.view.is_equality(i) ? -nu : 0;
+      EXPECT_GE(y[i], lowest - 1e-9);
+      EXPECT_LE(y[i], nu + 1e-9);
+      EXPECT_LT(row > 0 ? row * (nu - y[i]) : -row * (y[i] - lowest), 1e-6);
+    }
+  }
+}
+
+TEST(NativeTest, AsCheapAsIpoptOnChains) {
+  // The chains have several local optima, and two methods need not end in the same one.
+  int as_cheap = 0, compared = 0;
+  for (const double turn : {0.1, 0.5, 1.0}) {
+    for (uint64_t seed = 1; seed <= 5; ++seed) {
+      Example example = KeyPoseChain(6, seed, turn);
+      const Result native = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+      const Result ipopt = MakeSolver(Backend::kIpopt)->Solve(example.program, example.guess, Options());
+      ASSERT_TRUE(native.ok()) << native.Summary();
+      EXPECT_LT(native.max_violation_m + native.max_violation_rad, 1e-6);
+      if (!ipopt.ok()) continue;
+      ++compared;
+      as_cheap += native.cost < 1.005 * ipopt.cost ? 1 : 0;
+      example.guess = ipopt.x;
+      const Result again = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+      ASSERT_TRUE(again.ok()) << again.Summary();
+      EXPECT_LT(again.cost, 1.001 * ipopt.cost) << "turn " << turn << ", seed " << seed;
+    }
+  }
+  EXPECT_GE(compared, 12);
+  EXPECT_GE(as_cheap, compared - 4);
+}
+
+TEST(NativeTest, SolvesLongChains) {
+  const Example example = KeyPoseChain(60, 1);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  EXPECT_LT(result.iterations, 60);
+}
+
+#if !defined(__SANITIZE_ADDRESS__)
+TEST(NativeTest, IterationsDoNotAllocate) {
+  Example example = KeyPoseChain(5, 1, 0.5);
+  std::vector<long> counts;
+  counts.reserve(1000);
+  example.program.Add(MakeResidual("probe", 1, Unit::kNone, {{BlockRef::Kind::kPose, 0}},
+                                   [&counts](const Point&, VectorRef r, JacobianRef* J) {
+                                     counts.push_back(allocations);
+                                     r[0] = 0;
+                                     if (J != nullptr) J->setZero();
+                                   }),
+                      Role::kCost);
+  counting = true;
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  counting = false;
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  ASSERT_GT(counts.size(), 5);
+  EXPECT_GT(counts.front(), 0);
+  // The last evaluation belongs to the verdict.
+  EXPECT_EQ(counts[counts.size() - 2], counts.front());
+}
+#endif
+
+}  // namespace
+}  // namespace tether::nlp
