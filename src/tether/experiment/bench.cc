@@ -76,11 +76,14 @@ int BenchGeometry(const BenchArguments& arguments) {
                                Column("max error (m)", 16) + Column("bound (m)", 12) + "time (µs)"));
   const uint64_t seed = 1;
   for (const geometry::PairReport& pair : geometry::BenchmarkDistances(10000, seed)) {
-    const auto number = [](double value) { return Value(value).AsText(); };
+    const auto number = [](double value) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.1e", value);
+      return std::string(text);
+    };
     terminal.Print(Column(pair.kind_a + "-" + pair.kind_b, 22) + Column(std::to_string(pair.pairs), 8) +
-                   Column(std::to_string(pair.overlapping), 13) +
-                   Column(number(pair.max_error).substr(0, 14), 16) + Column(number(pair.bound()), 12) +
-                   Fixed(1e6 * pair.time_per_query, 3));
+                   Column(std::to_string(pair.overlapping), 13) + Column(number(pair.max_error), 16) +
+                   Column(number(pair.bound()), 12) + Fixed(1e6 * pair.time_per_query, 3));
     good = good && pair.max_error <= pair.bound();
     rows.Append(Value::Object()
                     .Set("kinds", pair.kind_a + "-" + pair.kind_b)
