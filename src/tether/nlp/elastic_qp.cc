@@ -10,20 +10,23 @@ constexpr int kMaxIterations = 40;
 // Rows with less weight than this next to curvatures of about one are far from active.
 constexpr double kNegligibleWeight = 1e-9;
 constexpr double kRowRegularisation = 1e-11;
+// A row has to come out this much above its prediction to be worth a cut, m or rad.
+constexpr double kLeastExcess = 1e-9;
 
 }  // namespace
 
 ElasticQp::ElasticQp(ManifoldView& view) : view_(view) {
-  const int n = view.num_coordinates(), m = view.num_rows();
+  const int n = view.num_coordinates(), m = view.num_rows() + kMostCuts;
   for (Eigen::VectorXd* v : {&d_, &dd_, &Hd_, &dual_}) v->setZero(n);
   for (Eigen::VectorXd* v : {&y_, &lo_, &hi_, &a_, &b_, &u_, &l_, &dy_, &da_, &db_, &Jd_, &Jdd_, &primal_,
-                             &weight_, &gram_weight_, &target_a_, &target_b_, &rhs_row_}) {
+                             &weight_, &gram_weight_, &target_a_, &target_b_, &rhs_row_, &c_}) {
     v->setZero(m);
   }
-  int widest = 6;
-  for (const ManifoldView::Group& group : view.groups()) widest = std::max(widest, group.columns());
-  gram_.resize(static_cast<size_t>(widest * widest));
-  column_.resize(static_cast<size_t>(widest));
+  for (const ManifoldView::Group& group : view.groups())
+    widest_ = std::max(widest_, static_cast<size_t>(group.columns()));
+  gram_.resize(widest_ * widest_);
+  column_.resize(widest_);
+  cut_jacobians_.resize(widest_ * cuts_.size());
 }
 
 void ElasticQp::Multiply(const ManifoldView::Values& values, const Eigen::VectorXd& d,
@@ -55,6 +58,92 @@ void ElasticQp::AddTransposed(const ManifoldView::Values& values, const Eigen::V
     for (size_t p = 0; p < group.nodes.size(); ++p)
       out.segment<6>(6 * group.nodes[p]) += Eigen::Map<const math::Vector6d>(column_.data() + 6 * p);
   }
+  for (size_t k = 0; k < cuts_.size(); ++k) {
+    if (cuts_[k].group == nullptr) continue;
+    const double factor = y[view_.num_rows() + static_cast<int>(k)];
+    const double* row = cut_jacobians_.data() + k * widest_;
+    for (const int node : cuts_[k].group->nodes) {
+      out.segment<6>(6 * node) += factor * Eigen::Map<const math::Vector6d>(row);
+      row += 6;
+    }
+  }
+}
+
+double ElasticQp::Along(size_t cut, const Eigen::VectorXd& d) const {
+  const double* row = cut_jacobians_.data() + cut * widest_;
+  double sum = 0;
+  for (const int node : cuts_[cut].group->nodes) {
+    sum += Eigen::Map<const math::Vector6d>(row).dot(d.segment<6>(6 * node));
+    row += 6;
+  }
+  return sum;
+}
+
+void ElasticQp::MultiplyAll(const ManifoldView::Values& values, const Eigen::VectorXd& d,
+                            Eigen::VectorXd& Jd) const {
+  Multiply(values, d, Jd);
+  for (size_t k = 0; k < cuts_.size(); ++k)
+    Jd[view_.num_rows() + static_cast<int>(k)] = cuts_[k].group == nullptr ? 0 : Along(k, d);
+}
+
+int ElasticQp::AddCuts(const ManifoldView::Values& there, const Eigen::VectorXd& d,
+                       const Eigen::VectorXd& model) {
+  const auto excess = [&](int row) {
+    if (view_.is_equality(row) || there.rows[row] <= 0) return 0.0;
+    return there.rows[row] - std::max(model[row], 0.0);
+  };
+  double worst = 0;
+  for (int row = 0; row < view_.num_rows(); ++row) worst = std::max(worst, excess(row));
+  int added = 0;
+  for (const ManifoldView::Group& group : view_.groups()) {
+    for (int k = 0; k < group.rows && added < kMostCuts / 2; ++k) {
+      const int row = group.first_row + k;
+      if (excess(row) <= std::max(kLeastExcess, 0.1 * worst)) continue;
+      // The change of the tangent frame along d is left out: second order where rows are straight.
+      const auto n = static_cast<size_t>(group.columns());
+      const double* from = there.jacobian.data() + group.first_value + static_cast<size_t>(k) * n;
+      std::copy_n(from, n, cut_jacobians_.data() + next_cut_ * widest_);
+      Cut& cut = cuts_[next_cut_];
+      cut = {&group, row, 0, 0};
+      cut.value = there.rows[row] - Along(next_cut_, d);
+      y_[view_.num_rows() + static_cast<int>(next_cut_)] = 0;
+      next_cut_ = (next_cut_ + 1) % cuts_.size();
+      ++added;
+    }
+  }
+  return added;
+}
+
+bool ElasticQp::HasFreshCut(int row) const {
+  return std::any_of(cuts_.begin(), cuts_.end(), [row](const Cut& cut) {
+    return cut.group != nullptr && cut.row == row && cut.age == 0;
+  });
+}
+
+void ElasticQp::RaiseToCuts(const Eigen::VectorXd& d, Eigen::VectorXd& rows) const {
+  for (size_t k = 0; k < cuts_.size(); ++k) {
+    if (cuts_[k].group == nullptr) continue;
+    double& row = rows[cuts_[k].row];
+    row = std::max(row, cuts_[k].value + Along(k, d));
+  }
+}
+
+void ElasticQp::MoveCuts(const Eigen::VectorXd& d) {
+  for (size_t k = 0; k < cuts_.size(); ++k) {
+    if (cuts_[k].group == nullptr) continue;
+    cuts_[k].value += Along(k, d);
+    if (++cuts_[k].age > 1) cuts_[k].group = nullptr;
+  }
+}
+
+bool ElasticQp::DropOldCuts() {
+  bool any = false;
+  for (Cut& cut : cuts_) {
+    if (cut.group == nullptr || cut.age == 0) continue;
+    cut.group = nullptr;
+    any = true;
+  }
+  return any;
 }
 
 void ElasticQp::MultiplyCurvature(const ManifoldView::Values& values, const Eigen::VectorXd& d,
@@ -82,8 +171,13 @@ void ElasticQp::Factorize(const ManifoldView::Values& values, double lambda) {
   for (int k = 0; k < factor.count(); ++k)
     blocks[static_cast<size_t>(factor.Slot(k, k))].diagonal().array() += lambda;
   for (const ManifoldView::Group& group : view_.groups()) {
-    ManifoldView::AddGram(group, values.jacobian.data() + group.first_value,
+    ManifoldView::AddGram(group, group.rows, values.jacobian.data() + group.first_value,
                           gram_weight_.data() + group.first_row, gram_, blocks);
+  }
+  for (size_t k = 0; k < cuts_.size(); ++k) {
+    if (cuts_[k].group == nullptr) continue;
+    ManifoldView::AddGram(*cuts_[k].group, 1, cut_jacobians_.data() + k * widest_,
+                          gram_weight_.data() + view_.num_rows() + k, gram_, blocks);
   }
   factor.Factorize();
 }
@@ -95,7 +189,7 @@ void ElasticQp::Direction(const ManifoldView::Values& values) {
   dy_ = weight_.cwiseProduct(rhs_row_);
   AddTransposed(values, dy_, dd_);
   view_.factor().Solve(dd_);
-  Multiply(values, dd_, Jdd_);
+  MultiplyAll(values, dd_, Jdd_);
   dy_ = weight_.cwiseProduct(Jdd_ - rhs_row_);
   da_ = target_a_.cwiseQuotient(u_) - a_ + a_.cwiseQuotient(u_).cwiseProduct(dy_);
   db_ = target_b_.cwiseQuotient(l_) - b_ - b_.cwiseQuotient(l_).cwiseProduct(dy_);
@@ -114,23 +208,26 @@ double ElasticQp::LongestStep() const {
 
 bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd& c, double nu, double lambda,
                       double tolerance) {
-  const int m = view_.num_rows();
+  const int m = static_cast<int>(c_.size());
   d_.setZero();
+  c_.head(view_.num_rows()) = c;
+  for (size_t k = 0; k < cuts_.size(); ++k)
+    c_[view_.num_rows() + static_cast<int>(k)] = cuts_[k].group == nullptr ? -1 : cuts_[k].value;
   for (int i = 0; i < m; ++i) {
-    lo_[i] = view_.is_equality(i) ? -nu : 0;
+    lo_[i] = i < view_.num_rows() && view_.is_equality(i) ? -nu : 0;
     hi_[i] = nu;
     // Off the ends of its interval, and with slacks that make the products alike.
     const double margin = std::min(0.01, 0.01 * nu);
     y_[i] = std::clamp(y_[i], lo_[i] + margin, hi_[i] - margin);
     const double slack = 1e-3;
-    a_[i] = std::max(c[i], 0.0) + slack;
-    b_[i] = std::max(-c[i], 0.0) + slack;
+    a_[i] = std::max(c_[i], 0.0) + slack;
+    b_[i] = std::max(-c_[i], 0.0) + slack;
   }
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     u_ = hi_ - y_;
     l_ = y_ - lo_;
-    Multiply(values, d_, Jd_);
-    primal_ = c + Jd_ - a_ + b_;
+    MultiplyAll(values, d_, Jd_);
+    primal_ = c_ + Jd_ - a_ + b_;
     MultiplyCurvature(values, d_, Hd_);
     dual_ = values.gradient + Hd_ + lambda * d_;
     AddTransposed(values, y_, dual_);

@@ -182,11 +182,11 @@ ManifoldView::Values ManifoldView::MakeValues() const {
   return values;
 }
 
-void ManifoldView::AddGram(const Group& group, const double* jacobian, const double* weights,
+void ManifoldView::AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
                            std::vector<double>& scratch, BlockCholesky::Blocks& target) {
   const int n = group.columns();
   std::fill_n(scratch.begin(), static_cast<size_t>(n * n), 0.0);
-  for (int row = 0; row < group.rows; ++row, jacobian += n) {
+  for (int row = 0; row < rows; ++row, jacobian += n) {
     if (weights[row] == 0) continue;
     for (int j = 0; j < n; ++j) {
       const double scaled = weights[row] * jacobian[j];
@@ -249,7 +249,7 @@ bool ManifoldView::Evaluate(const Point& x, Values& values) {
       }
     }
     std::fill(ones_.begin() + size, ones_.end(), 0.0);
-    AddGram(group, out, ones_.data(), gram_scratch_, values.curvature);
+    AddGram(group, group.rows, out, ones_.data(), gram_scratch_, values.curvature);
   }
   for (const Bound& bound : bounds_) {
     const double v = x.vectors[static_cast<size_t>(bound.vector)][bound.entry];

@@ -66,8 +66,8 @@ class ManifoldView {
   /// Σ |violation| over all rows.
   double TotalViolation(const Eigen::VectorXd& rows) const;
 
-  /// Adds Σ wᵢ gᵢ gᵢᵀ over the rows of a group to `target`, by slots. `scratch` is workspace.
-  static void AddGram(const Group& group, const double* jacobian, const double* weights,
+  /// Adds Σ wᵢ gᵢ gᵢᵀ over `rows` rows of the form of a group to `target`, by slots. `scratch` is workspace.
+  static void AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
                       std::vector<double>& scratch, BlockCholesky::Blocks& target);
 
  private:

@@ -23,6 +23,7 @@ constexpr int kQuietIterations = 5;
 constexpr int kQuietRefusals = 2;
 // As good as converged: where rows curve much, Gauss–Newton's last digits come slowly.
 constexpr int kSlowIterations = 5;
+constexpr int kCutRounds = 3;
 constexpr double kQuietChange = 1e-4;  // of the merit, relative
 
 /// Sequential quadratic programming on the manifold: Gauss–Newton in the cost, exact Jacobians of the rows,
@@ -78,6 +79,7 @@ class NativeRun {
     qp_.MultiplyCurvature(here_, step_, Hd_);
     qp_.Multiply(here_, step_, Jd_);
     model_rows_ = here_.rows + Jd_;
+    qp_.RaiseToCuts(step_, model_rows_);
     return merit - (here_.cost + here_.gradient.dot(step_) + 0.5 * step_.dot(Hd_) +
                     penalty_ * view_.TotalViolation(model_rows_));
   }
@@ -115,6 +117,7 @@ class NativeRun {
       const bool settled = damping_ > kLargestDamping ||
                            (quiet_iterations_ >= kQuietIterations && quiet_refusals_ >= kQuietRefusals);
       if (settled || Converged(predicted, merit)) {
+        if (!settled && qp_.DropOldCuts()) continue;
         if (settled && !view_.not_finite().empty()) return monitor_.FailNotFinite(view_.not_finite());
         if (view_.Violation(here_.rows) <= monitor_.constraint_tolerance())
           return End(Status::kSolved, settled ? "settled" : "");
@@ -127,31 +130,40 @@ class NativeRun {
       const bool accepted = TryStep(merit, predicted);
       if (monitor_.ReasonToEnd()) return;
       NoteProgress(predicted, merit, accepted);
-      if (!accepted) {
+      // With new cuts the next step differs already.
+      cut_rounds_ = !accepted && cuts_added_ > 0 ? cut_rounds_ + 1 : 0;
+      if (!accepted && (cut_rounds_ == 0 || cut_rounds_ > kCutRounds))
         damping_ = std::max(damping_ * 8, kFirstDamping);
-      }
     }
   }
 
-  /// Moves to the trial point if it is good enough.
+  /// Moves to the trial point if it is good enough. If not, cuts are taken over from it.
   bool TryStep(double merit, double predicted) {
+    cuts_added_ = 0;
     view_.Move(x_, step_, 1, trial_);
     if (!EvaluateTrial()) return false;
     double ratio = (merit - Merit(there_)) / predicted;
     if (ratio < kAcceptance) {
-      // Perhaps only the rows' curvature is in the way: once more with the rows as they are there.
-      model_rows_ = there_.rows - Jd_;
+      // Perhaps only the rows' curvature and kinks are in the way: once more with the rows as they are there.
+      cuts_added_ = qp_.AddCuts(there_, step_, model_rows_);
+      for (int row = 0; row < view_.num_rows(); ++row)
+        model_rows_[row] = qp_.HasFreshCut(row) ? here_.rows[row] : there_.rows[row] - Jd_[row];
       qp_.Solve(here_, model_rows_, penalty_, damping_, QpTolerance());
-      if (view_.LargestTurn(qp_.d()) > kLongestTurn) return false;
-      view_.Move(x_, qp_.d(), 1, trial_);
+      predicted = Predict(merit);
+      if (predicted <= 0) return false;
+      view_.Move(x_, step_, 1, trial_);
       if (!EvaluateTrial()) return false;
       ratio = (merit - Merit(there_)) / predicted;
-      if (ratio < kAcceptance) return false;
+      if (ratio < kAcceptance) {
+        cuts_added_ += qp_.AddCuts(there_, step_, model_rows_);
+        return false;
+      }
     }
     if (ratio > 0.75) damping_ = std::max(kLeastDamping, damping_ / 5);
     if (ratio < 0.25) damping_ = std::max(2 * damping_, kFirstDamping);
     std::swap(x_, trial_);
     std::swap(here_, there_);
+    qp_.MoveCuts(step_);
     Record();
     return true;
   }
@@ -176,6 +188,8 @@ class NativeRun {
   int quiet_iterations_ = 0;
   int quiet_refusals_ = 0;
   int slow_iterations_ = 0;
+  int cuts_added_ = 0;  // in the last iteration
+  int cut_rounds_ = 0;  // iterations in a row that were refused and added cuts
   int iterations_ = 0;
   Status status_ = Status::kFailed;
   std::string message_;
