@@ -26,7 +26,8 @@ class ElasticQp {
              double tolerance);
 
   const Eigen::VectorXd& d() const { return d_; }
-  const Eigen::VectorXd& y() const { return y_; }
+  /// Of the rows of the program.
+  auto y() const { return y_.head(view_.num_rows()); }
 
   /// Cuts: further linearisations of inequality rows that have kinks, each a row of its own beside the first
   /// one. A cut is taken over from `there`, the values at the step d, for each row that came out well above

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -112,7 +113,7 @@ TEST(ElasticQpTest, ItsSolutionIsASaddlePoint) {
     Subproblem at(KeyPoseChain(4, 7, 0.5));
     constexpr double kLambda = 1e-3;
     ASSERT_TRUE(at.qp.Solve(at.values, at.values.rows, nu, kLambda, 1e-9));
-    const VectorXd &d = at.qp.d(), &y = at.qp.y();
+    const VectorXd &d = at.qp.d(), y = at.qp.y();
     VectorXd Hd(d.size()), Jd(y.size());
     at.qp.MultiplyCurvature(at.values, d, Hd);
     at.qp.Multiply(at.values, d, Jd);
@@ -155,6 +156,50 @@ TEST(NativeTest, AsCheapAsIpoptOnChains) {
   }
   EXPECT_GE(compared, 12);
   EXPECT_GE(as_cheap, compared - 4);
+}
+
+/// The nearest point with max(x₁, x₂, …) ≤ 0: a kink where only one branch at a time has a derivative.
+TEST(NativeTest, ConvergesInAKink) {
+  Example example;
+  constexpr int kSize = 4;
+  const VectorXd free = VectorXd::Constant(kSize, std::numeric_limits<double>::infinity());
+  const BlockRef x = example.program.AddVector("x", -free, free);
+  const Eigen::Vector4d target(1.0, 0.9, 1.1, 0.7);
+  example.guess.vectors.push_back(Eigen::Vector4d(-1, -1, -1, -1));
+  example.program.Add(VectorResidual(
+                          "distance", kSize, x, [=](const VectorXd& v) -> VectorXd { return v - target; },
+                          [](const VectorXd&) -> MatrixXd { return Eigen::Matrix4d::Identity(); }),
+                      Role::kCost);
+  example.program.Add(
+      VectorResidual(
+          "largest", 1, x, [](const VectorXd& v) -> VectorXd { return VectorXd::Constant(1, v.maxCoeff()); },
+          [](const VectorXd& v) -> MatrixXd {
+            int largest = 0;
+            v.maxCoeff(&largest);
+            return MatrixXd(Eigen::RowVector4d::Unit(largest));
+          }),
+      Role::kInequality);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  EXPECT_NEAR(result.cost, target.squaredNorm(), 1e-4);
+  EXPECT_LT(result.iterations, 20) << result.Summary();
+}
+
+TEST(NativeTest, StepsBackFromWhereAResidualIsNotFinite) {
+  // ‖(3 + log x, x)‖² has no value beyond zero, where a full step from 2 leads.
+  Example example;
+  const VectorXd free = VectorXd::Constant(1, std::numeric_limits<double>::infinity());
+  const BlockRef x = example.program.AddVector("x", -free, free);
+  example.guess.vectors.push_back(VectorXd::Constant(1, 2.0));
+  example.program.Add(
+      VectorResidual(
+          "log", 1, x,
+          [](const VectorXd& v) -> VectorXd { return VectorXd::Constant(1, 3 + std::log(v[0])); },
+          [](const VectorXd& v) -> MatrixXd { return MatrixXd::Constant(1, 1, 1 / v[0]); }),
+      Role::kCost);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  EXPECT_NEAR(result.x.vectors[0][0], std::exp(-3), 1e-6);
 }
 
 TEST(NativeTest, SolvesLongChains) {
