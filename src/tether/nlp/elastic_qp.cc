@@ -53,7 +53,9 @@ void ElasticQp::AddTransposed(const ManifoldView::Values& values, const Eigen::V
     for (int k = 0; k < group.rows; ++k, row += n) {
       const double factor = y[group.first_row + k];
       if (factor == 0) continue;
-      for (int i = 0; i < n; ++i) column_[static_cast<size_t>(i)] += factor * row[i];
+      for (int i = 0; i < n; i += 6) {
+        Eigen::Map<math::Vector6d>(column_.data() + i) += factor * Eigen::Map<const math::Vector6d>(row + i);
+      }
     }
     for (size_t p = 0; p < group.nodes.size(); ++p)
       out.segment<6>(6 * group.nodes[p]) += Eigen::Map<const math::Vector6d>(column_.data() + 6 * p);
@@ -210,6 +212,7 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
                       double tolerance) {
   const int m = static_cast<int>(c_.size());
   d_.setZero();
+  Jd_.setZero();
   c_.head(view_.num_rows()) = c;
   for (size_t k = 0; k < cuts_.size(); ++k)
     c_[view_.num_rows() + static_cast<int>(k)] = cuts_[k].group == nullptr ? -1 : cuts_[k].value;
@@ -226,7 +229,6 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     u_ = hi_ - y_;
     l_ = y_ - lo_;
-    MultiplyAll(values, d_, Jd_);
     primal_ = c_ + Jd_ - a_ + b_;
     MultiplyCurvature(values, d_, Hd_);
     dual_ = values.gradient + Hd_ + lambda * d_;
@@ -260,6 +262,7 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
       step = std::min(1.0, 0.995 * LongestStep());
     }
     d_ += step * dd_;
+    Jd_ += step * Jdd_;
     y_ += step * dy_;
     a_ += step * da_;
     b_ += step * db_;

@@ -193,7 +193,9 @@ void ManifoldView::AddGram(const Group& group, int rows, const double* jacobian,
       if (scaled == 0) continue;
       double* column = scratch.data() + static_cast<size_t>(n * j);
       // Whole blocks: the entries above a diagonal block's diagonal are computed and never read.
-      for (int i = j - j % 6; i < n; ++i) column[i] += scaled * jacobian[i];
+      for (int i = j - j % 6; i < n; i += 6) {
+        Eigen::Map<math::Vector6d>(column + i) += scaled * Eigen::Map<const math::Vector6d>(jacobian + i);
+      }
     }
   }
   const auto count = static_cast<int>(group.nodes.size());
