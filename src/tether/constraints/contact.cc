@@ -39,8 +39,7 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
         add(n, "round side at " + std::to_string(static_cast<int>(degrees)) + " deg");
       }
     };
-    if (const auto* box = std::get_if<geometry::Box>(&part.primitive)) {
-      (void)box;
+    if (std::holds_alternative<geometry::Box>(part.primitive)) {
       static const char* const names[] = {"x", "y", "z"};
       for (int axis = 0; axis < 3; ++axis) {
         for (int sign : {1, -1}) {

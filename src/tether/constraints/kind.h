@@ -22,6 +22,8 @@ struct ParameterDoc {
   std::string doc;                    ///< With the unit.
 };
 
+struct Kind;
+
 /// The parameters of one constraint, read and checked against its kind.
 class Parameters {
  public:
@@ -30,6 +32,9 @@ class Parameters {
   const std::vector<std::string>& Frames(const std::string& name) const { return frames_.at(name); }
   /// Every frame that is named, in the order of the kind's parameters.
   std::vector<std::string> AllFrames() const;
+
+ private:
+  friend Parameters ReadParameters(const Kind& kind, const Value& value, Diagnostics& diagnostics);
 
   std::map<std::string, std::string> texts_;  // frames and texts
   std::map<std::string, double> numbers_;
