@@ -63,7 +63,8 @@ TEST(ReaderTest, ReportsEveryMistakeWithTheNearestKey) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().size(), 3u);
-    EXPECT_THAT(error.what(), HasSubstr("o.yaml:1:1: unknown key 'mas' in object 'box' (did you mean 'mass'?"));
+    EXPECT_THAT(error.what(),
+                HasSubstr("o.yaml:1:1: unknown key 'mas' in object 'box' (did you mean 'mass'?"));
     EXPECT_THAT(error.what(), HasSubstr("o.yaml:2:11: 'friction' of object 'box' is '.nan'"));
     EXPECT_THAT(error.what(), HasSubstr("o.yaml:3:7: 'size' of object 'box' is a list of 2"));
   }

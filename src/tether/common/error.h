@@ -26,7 +26,8 @@ struct Diagnostic {
   std::string ToString() const;
 };
 
-/// Bad input: a mistake in a file or on the command line, never in Tether. Holds every mistake that was found.
+/// Bad input: a mistake in a file or on the command line, never in Tether. Holds every mistake that was
+/// found.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(std::vector<Diagnostic> diagnostics);

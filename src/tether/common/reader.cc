@@ -34,17 +34,20 @@ const Value* ObjectReader::Required(std::string_view key, std::string_view accep
 
 double ObjectReader::Number(std::string_view key, double fallback) {
   const Value* member = Optional(key);
-  return member ? ReadNumber(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback) : fallback;
+  return member ? ReadNumber(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback)
+                : fallback;
 }
 
 int ObjectReader::Integer(std::string_view key, int fallback) {
   const Value* member = Optional(key);
-  return member ? ReadInteger(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback) : fallback;
+  return member ? ReadInteger(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback)
+                : fallback;
 }
 
 bool ObjectReader::Bool(std::string_view key, bool fallback) {
   const Value* member = Optional(key);
-  return member ? ReadBool(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback) : fallback;
+  return member ? ReadBool(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback)
+                : fallback;
 }
 
 std::string ObjectReader::Text(std::string_view key, std::string fallback) {
@@ -81,8 +84,8 @@ void ObjectReader::Finish() {
     std::sort(sorted.begin(), sorted.end());
     sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     diagnostics_.Add(member.where, "unknown key '" + member.key + "' in " + what_,
-                     (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " +
-                         JoinAlternatives(sorted));
+                     (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
+                         "accepted: " + JoinAlternatives(sorted));
   }
 }
 
@@ -120,14 +123,14 @@ std::string ReadText(const Value& value, const std::string& what, Diagnostics& d
 
 std::optional<Eigen::VectorXd> ReadVector(const Value& value, int size, const std::string& what,
                                           Diagnostics& diagnostics) {
-  const std::string accepted =
-      size < 0 ? "a list of finite numbers is accepted"
-               : "a list of " + std::to_string(size) + " finite numbers is accepted";
+  const std::string accepted = size < 0 ? "a list of finite numbers is accepted"
+                                        : "a list of " + std::to_string(size) + " finite numbers is accepted";
   if (!value.is_array() || (size >= 0 && static_cast<int>(value.items().size()) != size)) {
-    diagnostics.Add(value.where(),
-                    what + " is " + (value.is_array() ? "a list of " + std::to_string(value.items().size())
-                                                      : Shown(value)),
-                    accepted);
+    diagnostics.Add(
+        value.where(),
+        what + " is " +
+            (value.is_array() ? "a list of " + std::to_string(value.items().size()) : Shown(value)),
+        accepted);
     return std::nullopt;
   }
   Eigen::VectorXd vector(value.items().size());

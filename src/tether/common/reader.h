@@ -11,8 +11,8 @@ namespace tether {
 
 /// Reads a map key by key, gathering every mistake, and reports keys that nobody asked for.
 ///
-/// Each getter returns its fallback after adding a diagnostic, so that reading goes on and a file's mistakes are
-/// reported together. `what` names the map in messages: "object 'box'".
+/// Each getter returns its fallback after adding a diagnostic, so that reading goes on and a file's mistakes
+/// are reported together. `what` names the map in messages: "object 'box'".
 class ObjectReader {
  public:
   /// `value` and `diagnostics` must outlive the reader. A value that is not a map is reported at once.
@@ -47,7 +47,8 @@ class ObjectReader {
 /// Single values, with the same manner of reporting. `what` names the value: "mass of object 'box'".
 double ReadNumber(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback = 0);
 /// A finite number above zero.
-double ReadPositive(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback = 1);
+double ReadPositive(const Value& value, const std::string& what, Diagnostics& diagnostics,
+                    double fallback = 1);
 int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagnostics, int fallback = 0);
 bool ReadBool(const Value& value, const std::string& what, Diagnostics& diagnostics, bool fallback = false);
 std::string ReadText(const Value& value, const std::string& what, Diagnostics& diagnostics);

@@ -21,15 +21,14 @@ Vector3d RandomVector(Random& random, double scale) {
 std::vector<Vector3d> RotationVectors() {
   Random random(11);
   std::vector<Vector3d> all{Vector3d::Zero()};
-  for (double angle : {1e-12, 1e-8, 1e-4, 0.00999, 0.01001, 0.5, 1.0, 2.0, 3.0, 3.1, std::numbers::pi - 1e-4}) {
+  for (double angle :
+       {1e-12, 1e-8, 1e-4, 0.00999, 0.01001, 0.5, 1.0, 2.0, 3.0, 3.1, std::numbers::pi - 1e-4}) {
     for (int i = 0; i < 20; ++i) all.push_back(angle * RandomVector(random, 1).normalized());
   }
   return all;
 }
 
-Pose RandomPose(Random& random) {
-  return {ExpSO3(RandomVector(random, 1)), RandomVector(random, 1)};
-}
+Pose RandomPose(Random& random) { return {ExpSO3(RandomVector(random, 1)), RandomVector(random, 1)}; }
 
 double Difference(const Pose& a, const Pose& b) { return (a.R - b.R).norm() + (a.p - b.p).norm(); }
 
@@ -55,10 +54,16 @@ TEST(SO3Test, JacobiansAgreeWithNumericDifferentiation) {
   for (const Vector3d& w : RotationVectors()) {
     const Matrix3d R = ExpSO3(w);
     const Eigen::MatrixXd left = NumericJacobian(
-        [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return LogSO3(ExpSO3(Vector3d(x)) * R.transpose()); }, w);
+        [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+          return LogSO3(ExpSO3(Vector3d(x)) * R.transpose());
+        },
+        w);
     EXPECT_NEAR((left - LeftJacobianSO3(w)).norm(), 0, 1e-9);
     const Eigen::MatrixXd right = NumericJacobian(
-        [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return LogSO3(R.transpose() * ExpSO3(Vector3d(x))); }, w);
+        [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+          return LogSO3(R.transpose() * ExpSO3(Vector3d(x)));
+        },
+        w);
     EXPECT_NEAR((right - RightJacobianSO3(w)).norm(), 0, 1e-9);
     EXPECT_NEAR((RightJacobianInverseSO3(w) * RightJacobianSO3(w) - Matrix3d::Identity()).norm(), 0, 1e-10);
   }

@@ -19,8 +19,8 @@ Eigen::MatrixXd NumericJacobian(const std::function<Eigen::VectorXd(const Eigen:
 
 Eigen::MatrixXd NumericPoseJacobian(const std::function<Eigen::VectorXd(const Pose&)>& f, const Pose& X,
                                     double step) {
-  return NumericJacobian(
-      [&](const Eigen::VectorXd& delta) { return f(X * ExpSE3(Vector6d(delta))); }, Eigen::VectorXd::Zero(6), step);
+  return NumericJacobian([&](const Eigen::VectorXd& delta) { return f(X * ExpSE3(Vector6d(delta))); },
+                         Eigen::VectorXd::Zero(6), step);
 }
 
 }  // namespace tether::math

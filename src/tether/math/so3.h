@@ -20,7 +20,8 @@ Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& w);
 /// J_r with Exp(w + dw) = Exp(w) Exp(J_r dw) to first order; J_r(w) = J_l(−w).
 Eigen::Matrix3d RightJacobianSO3(const Eigen::Vector3d& w);
 
-/// The inverse of RightJacobianSO3, regular below 2π: Log(R Exp(dw)) = Log(R) + J_r⁻¹(Log R) dw to first order.
+/// The inverse of RightJacobianSO3, regular below 2π: Log(R Exp(dw)) = Log(R) + J_r⁻¹(Log R) dw to first
+/// order.
 Eigen::Matrix3d RightJacobianInverseSO3(const Eigen::Vector3d& w);
 
 /// The rotation nearest to M in the Frobenius norm.

@@ -18,10 +18,10 @@ inline constexpr const char* kWorld = "world";
 struct Object {
   std::string name;
   geometry::Shape shape;
-  std::optional<double> mass;         ///< kg; none: the object never moves by itself
-  double friction = 0.8;              ///< Coulomb coefficient of its surface
-  std::string parent = kWorld;        ///< The frame that the initial pose is given in.
-  math::Pose X_ParentObject;          ///< Initial pose in the parent's frame.
+  std::optional<double> mass;           ///< kg; none: the object never moves by itself
+  double friction = 0.8;                ///< Coulomb coefficient of its surface
+  std::string parent = kWorld;          ///< The frame that the initial pose is given in.
+  math::Pose X_ParentObject;            ///< Initial pose in the parent's frame.
   std::optional<Eigen::Vector4d> rgba;  ///< For pictures.
 
   bool movable() const { return mass.has_value(); }
@@ -42,22 +42,22 @@ struct Region {
   RegionForm form;
   std::string parent = kWorld;
   math::Pose X_ParentRegion;
-  int capacity = 0;    ///< Objects that fit; 0: no limit.
-  double dwell = 0;    ///< Time to wait after placing there, s.
-  bool hub = false;    ///< Connects all regions; nothing is placed here.
+  int capacity = 0;  ///< Objects that fit; 0: no limit.
+  double dwell = 0;  ///< Time to wait after placing there, s.
+  bool hub = false;  ///< Connects all regions; nothing is placed here.
 };
 
 /// A robot arm that stands in the scene.
 struct Robot {
   std::string name;
-  std::string model;          ///< Name of a shipped robot model, or a path.
-  std::vector<double> q;      ///< Initial joint positions, rad.
+  std::string model;      ///< Name of a shipped robot model, or a path.
+  std::vector<double> q;  ///< Initial joint positions, rad.
   std::string parent = kWorld;
   math::Pose X_ParentBase;
 };
 
-/// What stands where at the start. Names are unique over objects, regions and robots ("one namespace of frames").
-/// Objects are in file order; a parent may come after its child.
+/// What stands where at the start. Names are unique over objects, regions and robots ("one namespace of
+/// frames"). Objects are in file order; a parent may come after its child.
 class Scene {
  public:
   std::vector<Object> objects;
@@ -69,16 +69,16 @@ class Scene {
   const Region* FindRegion(const std::string& name) const;
   const Robot* FindRobot(const std::string& name) const;
 
-  /// Initial pose in the world of an object, region or robot base; identity for "world". The name must exist and
-  /// its parents must not form a cycle.
+  /// Initial pose in the world of an object, region or robot base; identity for "world". The name must exist
+  /// and its parents must not form a cycle.
   math::Pose InitialPose(const std::string& name) const;
 };
 
-/// Where the objects are believed to be at a time: what a controller, the executive and the planner work from.
-/// Filled by the simulator's truth or by perception.
+/// Where the objects are believed to be at a time: what a controller, the executive and the planner work
+/// from. Filled by the simulator's truth or by perception.
 struct WorldEstimate {
-  double time = 0;                            ///< s
-  std::map<std::string, math::Pose> X_WO;     ///< Pose of each object in the world.
+  double time = 0;                         ///< s
+  std::map<std::string, math::Pose> X_WO;  ///< Pose of each object in the world.
 };
 
 }  // namespace tether::scene
