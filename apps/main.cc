@@ -46,7 +46,8 @@ CLI::Validator WholeNumber() {
 }
 
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
-  command.add_option("--solver", overrides.solver, "Nonlinear solver: ipopt, nlopt or native")->type_name("NAME");
+  command.add_option("--solver", overrides.solver, "Nonlinear solver: ipopt, nlopt or native")
+      ->type_name("NAME");
   command.add_option("--max-actions", overrides.max_actions, "Longest action sequence tried")->type_name("N");
   command.add_option("--threads", overrides.threads, "Candidates optimised at once; 0: all processors")
       ->type_name("N");

@@ -122,10 +122,10 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
   const std::string& object = parameters.Text("object");
   const geometry::Shape* shape = context.ShapeOf(object);
   if (shape == nullptr) return sink.Refute("graspable: '" + object + "' is not solid");
-  double smallest = 0;
-  FindGrasps(context, object, &smallest);
   const auto grasp = ChosenGrasp(context, object);
   if (!grasp) {
+    double smallest = 0;
+    FindGrasps(context, object, &smallest);
     char text[160];
     std::snprintf(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
                   object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/common/overloaded.h"
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/kinds.h"
 #include "tether/geometry/query.h"
@@ -12,13 +13,6 @@ using Eigen::Vector3d;
 using geometry::Part;
 using math::Pose;
 using nlp::Role;
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
 
 /// A margin that leaves room inside a body of this half-extent.
 double Fitting(double margin, double half_extent) { return std::min(margin, 0.5 * half_extent); }

@@ -2,18 +2,9 @@
 
 #include <numbers>
 
+#include "tether/common/overloaded.h"
+
 namespace tether::geometry {
-namespace {
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
-
-}  // namespace
-
 std::string KindName(const Primitive& primitive) {
   static const char* const names[] = {"box", "sphere", "capsule", "cylinder"};
   return names[primitive.index()];

@@ -66,7 +66,11 @@ std::string CheckResult::Worst() const {
 }
 
 CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
-  const SceneFacts facts(problem);
+  return CheckPlan(SceneFacts(problem), plan);
+}
+
+CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
+  const Problem& problem = facts.problem();
   const std::vector<BoundStep> steps = BindSkeleton(problem, plan.actions);
   if (steps.size() != plan.steps.size()) {
     throw InputError("the plan has " + std::to_string(plan.steps.size()) +

@@ -8,6 +8,8 @@
 
 namespace tether::planning {
 
+class SceneFacts;
+
 /// One thing that a plan does not keep, or would not keep with a smaller tolerance.
 struct CheckFinding {
   int step = 0;
@@ -37,5 +39,7 @@ struct CheckResult {
 /// asked, and every pair of solids that should be apart is measured. Shares no code with the rows of the
 /// optimiser. Throws InputError if the plan's actions and steps don't belong together.
 CheckResult CheckPlan(const Problem& problem, const Plan& plan);
+/// The same, for many plans of one problem: what stays the same over them is worked out once.
+CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan);
 
 }  // namespace tether::planning

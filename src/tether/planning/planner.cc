@@ -124,7 +124,7 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
       report.evaluations += result.evaluations;
       if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) continue;
       Plan plan = MakePlan(problem, actions, steps, result.x);
-      const CheckResult check = CheckPlan(problem, plan);
+      const CheckResult check = CheckPlan(facts, plan);
       plan.cost = check.cost;
       const bool feasible = check.Feasible(options);
       // Two starts that end at the same cost are taken at their word.
