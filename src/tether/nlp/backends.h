@@ -15,6 +15,20 @@ std::unique_ptr<Solver> MakeIpoptSolver();
 std::unique_ptr<Solver> MakeNloptSolver();
 std::unique_ptr<Solver> MakeNativeSolver();
 
+/// Adds the seconds of its life to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum), begin_(Clock::now()) {}
+  ~Stopwatch() { sum_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& sum_;
+  Clock::time_point begin_;
+};
+
 /// Watches one solve: its limits, its trace and its verdict. The clock starts when it is made.
 class Monitor {
  public:
@@ -41,6 +55,8 @@ class Monitor {
   double constraint_tolerance() const { return options_.constraint_tolerance; }
   double cost_tolerance() const { return options_.cost_tolerance; }
   double SecondsLeft() const;
+  /// The time spent in residuals, for a Stopwatch to add to.
+  double& evaluation_s() { return evaluation_s_; }
 
   /// The result at x: judged by Assess, in the program's own terms. `status` and `message` are the backend's;
   /// a reason to end overrides them, and "solved" at a point that is not feasible becomes "failed".
@@ -52,6 +68,7 @@ class Monitor {
   std::chrono::steady_clock::time_point begin_;
   std::optional<Status> reason_;
   std::string not_finite_;
+  double evaluation_s_ = 0;
   std::vector<IterationRecord> trace_;
 };
 

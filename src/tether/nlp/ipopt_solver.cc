@@ -150,6 +150,7 @@ class IpoptProgram : public Ipopt::TNLP {
 
   bool At(const Number* x, bool derivatives) {
     if (monitor_.ReasonToEnd()) return false;
+    const Stopwatch watch(monitor_.evaluation_s());
     const Eigen::VectorXd point = Eigen::VectorXd::Map(x, view_.num_variables());
     if (derivatives ? view_.EvaluateDerivatives(point) : view_.EvaluateValues(point)) return true;
     monitor_.FailNotFinite(view_.not_finite());
@@ -272,10 +273,9 @@ std::timed_mutex& IpoptMutex() {
 constexpr int kGaussNewtonIterations = 100;
 
 class IpoptSolver : public Solver {
- public:
-  Result Solve(const Program& program, const Point& guess, const Options& options) const override {
-    options.Validate();
-    if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
+ protected:
+  Result DoSolve(const Program& program, const Point& guess, const Options& options,
+                 const WarmStart&) const override {
     std::unique_lock<std::timed_mutex> lock(IpoptMutex(), std::defer_lock);
     while (!lock.try_lock_for(std::chrono::milliseconds(5))) {
       if (options.stop != nullptr && options.stop->load()) {

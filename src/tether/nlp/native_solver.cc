@@ -196,10 +196,9 @@ class NativeRun {
 };
 
 class NativeSolver : public Solver {
- public:
-  Result Solve(const Program& program, const Point& guess, const Options& options) const override {
-    options.Validate();
-    if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
+ protected:
+  Result DoSolve(const Program& program, const Point& guess, const Options& options,
+                 const WarmStart&) const override {
     return NativeRun(program, guess, options).Run();
   }
 };

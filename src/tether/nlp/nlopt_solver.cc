@@ -68,6 +68,7 @@ class NloptProgram {
   }
 
   bool At(const double* x, bool derivatives) {
+    const Stopwatch watch(monitor_.evaluation_s());
     if (!monitor_.ReasonToEnd()) {
       const Eigen::VectorXd point = Eigen::VectorXd::Map(x, view_.num_variables());
       if (derivatives ? view_.EvaluateDerivatives(point) : view_.EvaluateValues(point)) return true;
@@ -84,10 +85,9 @@ class NloptProgram {
 };
 
 class NloptSolver : public Solver {
- public:
-  Result Solve(const Program& program, const Point& guess, const Options& options) const override {
-    options.Validate();
-    if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *trivial;
+ protected:
+  Result DoSolve(const Program& program, const Point& guess, const Options& options,
+                 const WarmStart&) const override {
     Monitor monitor(program, options);
     VectorView view(program, guess);
     // NLopt refuses more equalities than variables. Extra variables that appear nowhere satisfy it.

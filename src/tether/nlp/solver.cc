@@ -92,6 +92,13 @@ Backend ParseBackend(const std::string& name) {
       JoinAlternatives(names));
 }
 
+Result Solver::Solve(const Program& program, const Point& guess, const Options& options,
+                     const WarmStart* warm) const {
+  options.Validate();
+  if (std::optional<Result> trivial = SolveTrivial(program, guess, options)) return *std::move(trivial);
+  return DoSolve(program, guess, options, warm != nullptr ? *warm : WarmStart());
+}
+
 std::unique_ptr<Solver> MakeSolver(Backend backend) {
   switch (backend) {
     case Backend::kNative:
@@ -141,6 +148,7 @@ void Monitor::Record(int iteration, double cost, double violation_m, double viol
 
 Result Monitor::Finish(Point x, Status status, std::string message, int iterations, int evaluations) {
   Result result;
+  result.evaluation_s = evaluation_s_;
   const Assessment assessment = Assess(program_, x);
   result.x = std::move(x);
   result.status = reason_.value_or(status);

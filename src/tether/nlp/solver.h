@@ -40,6 +40,19 @@ struct IterationRecord {
   double time_s;  ///< Since the solve began.
 };
 
+/// What a solve may begin with besides its point: the end of an earlier solve of a like program. A term's
+/// entry belongs to the term of Program::terms() with the same index; where terms came or went, the caller
+/// moves the entries along. An entry that is missing or of another size counts as zero.
+struct WarmStart {
+  /// Per term one multiplier y for each row, so that the gradient of the cost + Σ y · row vanishes; ≥ 0 for
+  /// inequalities, empty for costs.
+  std::vector<Eigen::VectorXd> terms;
+  /// Per vector one for each entry: positive at its upper bound, negative at its lower one.
+  std::vector<Eigen::VectorXd> bounds;
+  double penalty = 0;  ///< On violations, in the merit function; 0: the solver's own choice.
+  bool empty() const { return terms.empty() && bounds.empty() && penalty == 0; }
+};
+
 struct Result {
   Status status = Status::kNotCalled;
   Point x;
@@ -49,8 +62,17 @@ struct Result {
   int iterations = 0;
   int evaluations = 0;  ///< Of the whole program.
   double solve_s = 0;
+  // Parts of solve_s. IPOPT and NLopt tell only the first, the time in their callbacks.
+  double evaluation_s = 0;      ///< In residuals and their derivatives.
+  double assembly_s = 0;        ///< Putting the subproblems' matrices together.
+  double linear_algebra_s = 0;  ///< Factorising them, solving with them, and the rest of the subproblems.
   std::string message;
   std::vector<IterationRecord> trace;
+  /// For another solve from here; empty where the backend does not know multipliers.
+  WarmStart warm_start;
+  /// Where the end is not feasible: the terms that block each other there, by index in Program::terms(),
+  /// those that weigh most first. They are the violated ones and those that keep them from being met.
+  std::vector<int> blocking_terms;
 
   bool ok() const { return status == Status::kSolved; }
   /// One line for people.
@@ -67,8 +89,15 @@ class Solver {
  public:
   virtual ~Solver() = default;
   /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is
-  /// in the result.
-  virtual Result Solve(const Program& program, const Point& guess, const Options& options) const = 0;
+  /// in the result. `warm`, if given, speeds up the native backend where the solution is near; the others do
+  /// without.
+  Result Solve(const Program& program, const Point& guess, const Options& options,
+               const WarmStart* warm = nullptr) const;
+
+ protected:
+  /// `warm` is never null; the options are valid and there is something to solve.
+  virtual Result DoSolve(const Program& program, const Point& guess, const Options& options,
+                         const WarmStart& warm) const = 0;
 };
 std::unique_ptr<Solver> MakeSolver(Backend backend);
 
