@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/constraints/memo.h"
 #include "tether/constraints/pose_function.h"
 #include "tether/geometry/shape.h"
 #include "tether/robot/model.h"
@@ -52,6 +53,8 @@ class Context {
   /// Picks among the ways for the choice called `key`; the same key gives the same answer within one program.
   /// `options` must not be empty.
   virtual int Choose(const std::string& key, const std::vector<Option>& options) const = 0;
+  /// What was worked out before for this problem.
+  virtual const Memo& memo() const = 0;
 };
 
 /// Takes the rows that a constraint adds to a program.

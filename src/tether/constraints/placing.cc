@@ -77,13 +77,23 @@ struct Placement {
   FlatFacet support;  // of what it stands on, in that frame
 };
 
-std::optional<Placement> FindPlacement(const Context& context, const std::string& object,
-                                       const std::string& on) {
+/// Null if one of the two is not solid.
+std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
+                                               const std::string& on) {
   const geometry::Shape* a = context.ShapeOf(object);
   const geometry::Shape* b = context.ShapeOf(on);
-  if (a == nullptr || b == nullptr) return std::nullopt;
-  return Placement{geometry::SupportPolygon(*a, context.DownFace(object)),
-                   geometry::SupportPolygon(*b, -context.DownFace(on))};
+  if (a == nullptr || b == nullptr) return nullptr;
+  return context.memo().Get<Placement>("placement(" + object + "," + on + ")", [&] {
+    return Placement{geometry::SupportPolygon(*a, context.DownFace(object)),
+                     geometry::SupportPolygon(*b, -context.DownFace(on))};
+  });
+}
+
+std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
+                                       const std::string& by, const Placement& placement, double margin) {
+  return context.memo().Get<Demand>("demand(" + object + "," + by + "," + std::to_string(margin) + ")", [&] {
+    return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
+  });
 }
 
 std::string NoSurface(const std::string& name, const char* side) {
@@ -175,8 +185,8 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   if (context.control() != object || context.target() != by) return;
   const auto placement = FindPlacement(context, object, by);
   if (!placement || placement->support.points.size() < 3) return;
-  const Demand demand =
-      FindDemand(*context.ShapeOf(object), placement->foot, placement->support, parameters.Number("margin"));
+  const auto shared_demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));
+  const Demand& demand = *shared_demand;
   const std::vector<FaceEdge> edges = EdgesOf(placement->support);
   const Vector3d& up = placement->support.normal;
   const Pose start = X_TC;
@@ -233,8 +243,8 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
   const auto placement = FindPlacement(context, object, by);
   if (!placement) return sink.Refute("supported: '" + object + "' and '" + by + "' must be solid");
   if (placement->support.points.size() < 3) return sink.Refute(NoSurface(by, "upper"));
-  const Demand demand =
-      FindDemand(*context.ShapeOf(object), placement->foot, placement->support, parameters.Number("margin"));
+  const auto shared_demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));
+  const Demand& demand = *shared_demand;
   std::vector<HalfSpaceRow> rows;
   for (const FaceEdge& edge : EdgesOf(placement->support)) {
     for (const Vector3d& p_AQ : demand.points_A)

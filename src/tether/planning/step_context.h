@@ -22,12 +22,14 @@ class SceneFacts {
   const Eigen::Vector3d& DownFace(const std::string& object) const { return down_.at(object); }
   /// Names of everything solid, the hand last.
   const std::vector<std::string>& solids() const { return solids_; }
+  const constraints::Memo& memo() const { return memo_; }
 
  private:
   const Problem& problem_;
   geometry::Shape hand_;
   std::map<std::string, Eigen::Vector3d> down_;
   std::vector<std::string> solids_;
+  constraints::Memo memo_;
 };
 
 /// A discrete decision of a program, and the ways that were open.
@@ -59,6 +61,7 @@ class StepContext final : public constraints::Context {
   int Choose(const std::string& key, const std::vector<constraints::Option>& options) const override {
     return chooser_(key, options);
   }
+  const constraints::Memo& memo() const override { return facts_.memo(); }
 
  private:
   const SceneFacts& facts_;
