@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tether::geometry {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kFit = 1e-9;
 
 double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -18,11 +15,6 @@ double DistanceToSegment(const Vector2d& a, const Vector2d& b, const Vector2d& q
   const double length2 = d.squaredNorm();
   const double t = length2 > 0 ? std::clamp((q - a).dot(d) / length2, 0.0, 1.0) : 0.0;
   return (q - a - t * d).norm();
-}
-
-double EdgeAngle(const Polygon& polygon, size_t i) {
-  const Vector2d d = polygon[(i + 1) % polygon.size()] - polygon[i];
-  return std::atan2(d.y(), d.x());
 }
 
 }  // namespace
@@ -109,17 +101,23 @@ double ContainmentMargin(const Polygon& polygon, const Vector2d& point) {
   return inside ? nearest : -nearest;
 }
 
-Polygon Cut(const Polygon& polygon, const HalfPlane& half_plane) {
-  Polygon cut;
+void CutInto(const Polygon& polygon, const HalfPlane& half_plane, Polygon* cut) {
+  cut->clear();
   for (size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d& p = polygon[i];
     const Vector2d& q = polygon[(i + 1) % polygon.size()];
     const double past_p = half_plane.normal.dot(p) - half_plane.offset;
     const double past_q = half_plane.normal.dot(q) - half_plane.offset;
-    if (past_p <= 0) cut.push_back(p);
+    if (past_p <= 0) cut->push_back(p);
     const bool crosses = (past_p < 0 && past_q > 0) || (past_p > 0 && past_q < 0);
-    if (crosses && (polygon.size() != 2 || i == 0)) cut.push_back(p + (q - p) * (past_p / (past_p - past_q)));
+    if (crosses && (polygon.size() != 2 || i == 0))
+      cut->push_back(p + (q - p) * (past_p / (past_p - past_q)));
   }
+}
+
+Polygon Cut(const Polygon& polygon, const HalfPlane& half_plane) {
+  Polygon cut;
+  CutInto(polygon, half_plane, &cut);
   return cut;
 }
 
@@ -142,41 +140,6 @@ Polygon Transform(const Polygon& polygon, double yaw, const Vector2d& translatio
     result.push_back(Vector2d(c * p.x() - s * p.y(), s * p.x() + c * p.y()) + translation);
   }
   return result;
-}
-
-std::optional<Fit> FitsInside(const Polygon& inner, const Polygon& outer, double yaw) {
-  if (inner.empty() || outer.size() < 3) return std::nullopt;
-  const Polygon turned = Transform(inner, yaw, Vector2d::Zero());
-  // The translations that keep every vertex inside every edge, out of a square that holds them all.
-  double reach = 0;
-  for (const Vector2d& p : turned) reach = std::max(reach, p.norm());
-  for (const Vector2d& p : outer) reach = std::max(reach, p.norm());
-  reach *= 3;
-  Polygon translations = {{-reach, -reach}, {reach, -reach}, {reach, reach}, {-reach, reach}};
-  for (HalfPlane half_plane : EdgeHalfPlanes(outer)) {
-    double farthest = -1e300;
-    for (const Vector2d& p : turned) farthest = std::max(farthest, half_plane.normal.dot(p));
-    half_plane.offset += kFit - farthest;
-    translations = Cut(translations, half_plane);
-    if (translations.empty()) return std::nullopt;
-  }
-  return Fit{yaw, Centroid(translations)};
-}
-
-std::optional<Fit> FitsInside(const Polygon& inner, const Polygon& outer) {
-  using std::numbers::pi;
-  std::vector<double> yaws;
-  for (size_t i = 0; i < inner.size() && inner.size() > 1; ++i) {
-    for (size_t j = 0; j < outer.size(); ++j) {
-      yaws.push_back(std::remainder(EdgeAngle(outer, j) - EdgeAngle(inner, i), 2 * pi));
-    }
-  }
-  std::stable_sort(yaws.begin(), yaws.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  for (int i = 0; i < 720; ++i) yaws.push_back((i % 2 == 0 ? 1 : -1) * ((i + 1) / 2) * pi / 360);
-  for (const double yaw : yaws) {
-    if (const std::optional<Fit> fit = FitsInside(inner, outer, yaw)) return fit;
-  }
-  return std::nullopt;
 }
 
 }  // namespace tether::geometry

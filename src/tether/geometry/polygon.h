@@ -38,6 +38,8 @@ Polygon Shrink(const Polygon& polygon, double margin);
 
 /// The polygon cut to a half plane.
 Polygon Cut(const Polygon& polygon, const HalfPlane& half_plane);
+/// The same into a polygon whose storage is used again; not the one that is cut.
+void CutInto(const Polygon& polygon, const HalfPlane& half_plane, Polygon* cut);
 
 /// The polygon turned by `yaw` about the origin, then moved.
 Polygon Transform(const Polygon& polygon, double yaw, const Eigen::Vector2d& translation);
