@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <functional>
 
 #include <CLI/CLI.hpp>
@@ -138,16 +139,71 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
   command->add_option("name", arguments.name, "Which one")->required()->type_name("NAME");
   command->add_option("--json", arguments.json, "Write the result as JSON to FILE, or - for standard output")
       ->type_name("FILE");
+  command
+      ->add_option("--scenario", arguments.scenarios, "planning: a scenario file, instead of those that ship")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command->add_option("--solver", arguments.solvers, "planning: only this solver; may be given several times")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--repetitions", arguments.repetitions,
+                   "planning: how often the native solver is asked (50), IPOPT a tenth and NLopt a fiftieth")
+      ->type_name("N");
+  command->add_flag("--no-robot", arguments.no_robot, "planning: without the arm's reach");
   command->footer(names + R"(
 Examples:
+  tether bench planning
+  tether bench planning --solver native --repetitions 200 --scenario scenarios/hanoi.yaml --json -
   tether bench table1
   tether bench geometry --json geometry.json)");
   command->callback([&] {
     run = [&] {
       arguments.stop = &stop_requested;
+      std::error_code unknown;  // Then the process is not timed.
+      arguments.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
       return BenchCommand(arguments);
     };
   });
+}
+
+void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int()>& run) {
+  CLI::App* command =
+      app.add_subcommand("generate", "Write a random scenario: scenario.yaml and its PDDL files");
+  command->require_subcommand(1);
+  for (const auto& [kind, text] : GeneratorKinds()) {
+    CLI::App* one = command->add_subcommand(kind, text);
+    GeneratorParameters& parameters = arguments.parameters;
+    if (kind == "hanoi" || kind == "stack") {
+      one->add_option("--blocks", parameters.blocks, "Number of blocks, 2 to 8 (default 3)")->type_name("N");
+    }
+    if (kind == "sort" || kind == "clutter") {
+      const bool sort = kind == "sort";
+      one->add_option(
+             "--objects", parameters.objects,
+             sort ? "Number of things, 1 to 8 (default 6)" : "Number of obstacles, 0 to 12 (default 6)")
+          ->type_name("N");
+    }
+    if (kind == "sort") {
+      one->add_option("--regions", parameters.regions, "Number of trays, 1 to 4 (default 2)")->type_name("M");
+    }
+    one->add_option("--seed", arguments.seed, "The same seed gives the same files (default 1)")
+        ->check(WholeNumber())
+        ->type_name("S");
+    one->add_option("--output", arguments.output, "Folder for the files; made if it is not there")
+        ->required()
+        ->type_name("DIR");
+    one->add_flag("--force", arguments.force, "Replace files that are there already");
+    one->callback([&, kind = kind] {
+      arguments.kind = kind;
+      run = [&] { return GenerateCommand(arguments); };
+    });
+  }
+  command->footer(R"(Examples:
+  tether generate hanoi --blocks 5 --output hanoi_5
+  tether generate reach --seed 17 --output reach_17
+  tether generate sort --objects 6 --regions 3 --seed 2 --output sort
+  tether plan reach_17/scenario.yaml)");
 }
 
 int Main(int argc, char** argv) {
@@ -169,11 +225,13 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   RunArguments run;
   CheckArguments check;
   BenchArguments bench;
+  GenerateArguments generate;
   std::function<int()> command;
   AddPlan(app, plan, command);
   AddRun(app, run, command);
   AddCheck(app, check, command);
   AddBench(app, bench, command);
+  AddGenerate(app, generate, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "tether/experiment/bench_planning.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/terminal.h"
@@ -18,6 +19,14 @@ std::string Actions(const planning::Plan& plan) {
   std::string text;
   for (const std::string& action : plan.actions) text += (text.empty() ? "" : " ") + action;
   return text;
+}
+
+void WriteResult(const BenchArguments& arguments, const Value& value) {
+  if (arguments.json == "-") {
+    std::fputs(WriteJson(value).c_str(), stdout);
+  } else if (!arguments.json.empty()) {
+    WriteFile(arguments.json, WriteJson(value));
+  }
 }
 
 /// Paper A, Table I: both problems with both solvers, every candidate, failures included.
@@ -56,15 +65,7 @@ int BenchTable1(const BenchArguments& arguments) {
     }
     terminal.Print("");
   }
-  if (!arguments.json.empty()) {
-    const std::string text =
-        WriteJson(OutputHeader("tether.bench/1", seed).Set("name", "table1").Set("rows", rows));
-    if (arguments.json == "-") {
-      std::fputs(text.c_str(), stdout);
-    } else {
-      WriteFile(arguments.json, text);
-    }
-  }
+  WriteResult(arguments, OutputHeader("tether.bench/1", seed).Set("name", "table1").Set("rows", rows));
   return kExitSuccess;
 }
 
@@ -94,26 +95,52 @@ int BenchGeometry(const BenchArguments& arguments) {
                     .Set("bound_m", pair.bound())
                     .Set("time_per_query_s", pair.time_per_query));
   }
-  if (!arguments.json.empty()) {
-    const std::string text =
-        WriteJson(OutputHeader("tether.bench/1", seed).Set("name", "geometry").Set("rows", rows));
-    if (arguments.json == "-") {
-      std::fputs(text.c_str(), stdout);
-    } else {
-      WriteFile(arguments.json, text);
-    }
-  }
+  WriteResult(arguments, OutputHeader("tether.bench/1", seed).Set("name", "geometry").Set("rows", rows));
   return good ? kExitSuccess : kExitFailed;
+}
+
+/// The native solver against IPOPT and NLopt on the same programs, and planning as a whole with each.
+int BenchPlanning(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  PlanningBenchOptions options;
+  options.scenarios = arguments.scenarios;
+  options.solvers = arguments.solvers;
+  options.repetitions = arguments.repetitions.value_or(options.repetitions);
+  options.no_robot = arguments.no_robot;
+  options.program = arguments.program;
+  options.stop = arguments.stop;
+  const PlanningBench bench = BenchmarkPlanning(
+      options, [&](const ProblemMeasurement& problem) { terminal.Print(PlanningBenchTable(problem)); });
+  WriteResult(arguments, WritePlanningBench(bench));
+  return bench.interrupted ? kExitInterrupted : kExitSuccess;
+}
+
+/// Options that would silently do nothing are mistakes.
+void RequireNoPlanningOptions(const BenchArguments& arguments) {
+  Diagnostics diagnostics;
+  const auto refuse = [&](bool given, const char* option) {
+    if (given)
+      diagnostics.Add({}, std::string(option) + " says nothing to benchmark '" + arguments.name + "'",
+                      "with benchmark 'planning'");
+  };
+  refuse(!arguments.scenarios.empty(), "--scenario");
+  refuse(!arguments.solvers.empty(), "--solver");
+  refuse(arguments.repetitions.has_value(), "--repetitions");
+  refuse(arguments.no_robot, "--no-robot");
+  diagnostics.ThrowIfAny();
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> BenchNames() {
-  return {{"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
+  return {{"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
+          {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
           {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {
+  if (arguments.name == "planning") return BenchPlanning(arguments);
+  if (arguments.name == "table1" || arguments.name == "geometry") RequireNoPlanningOptions(arguments);
   if (arguments.name == "table1") return BenchTable1(arguments);
   if (arguments.name == "geometry") return BenchGeometry(arguments);
   std::vector<std::string> names;

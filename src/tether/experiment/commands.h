@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
 
 namespace tether::experiment {
@@ -47,7 +48,21 @@ struct CheckArguments {
 struct BenchArguments {
   std::string name;
   std::string json;
+  // The rest is for benchmark `planning`, as in PlanningBenchOptions.
+  std::vector<std::string> scenarios;
+  std::vector<std::string> solvers;
+  std::optional<int> repetitions;
+  bool no_robot = false;
+  std::string program;  ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;
+};
+
+struct GenerateArguments {
+  std::string kind;  ///< One of GeneratorKinds().
+  GeneratorParameters parameters;
+  uint64_t seed = 1;
+  std::string output;  ///< Folder for the files.
+  bool force = false;  ///< Files that are there already are replaced.
 };
 
 /// The commands of the program. Each prints its result and returns the exit code; each throws InputError for
@@ -56,6 +71,7 @@ int PlanCommand(const PlanArguments& arguments);
 int RunCommand(const RunArguments& arguments);
 int CheckCommand(const CheckArguments& arguments);
 int BenchCommand(const BenchArguments& arguments);
+int GenerateCommand(const GenerateArguments& arguments);
 
 /// The names that BenchCommand takes, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> BenchNames();
