@@ -48,7 +48,8 @@ int ReadCount(ObjectReader& reader, std::string_view key, int fallback, int leas
 
 class ScenarioParser {
  public:
-  explicit ScenarioParser(const std::string& path) : folder_(fs::path(path).parent_path().string()) {
+  ScenarioParser(const std::string& path, const std::map<std::string, std::string>& files)
+      : files_(files), folder_(fs::path(path).parent_path().string()) {
     scenario_.path = path;
   }
 
@@ -56,7 +57,7 @@ class ScenarioParser {
     if (fs::is_directory(scenario_.path)) {
       throw InputError({{Location{scenario_.path, 0, 0}, "this is a folder", "the path of a scenario file"}});
     }
-    const Value document = ReadYaml(scenario_.path);
+    const Value document = ParseYaml(TextOf(scenario_.path), scenario_.path);
     if (document.is_null()) {
       throw InputError({{Location{scenario_.path, 0, 0}, "there is nothing in this file",
                          std::string("a scenario, which begins with format: ") + kScenarioFormat}});
@@ -93,13 +94,18 @@ class ScenarioParser {
     return fs::path(path).is_absolute() ? path : (fs::path(folder_) / path).lexically_normal().string();
   }
 
+  std::string TextOf(const std::string& path) const {
+    const auto found = files_.find(path);
+    return found == files_.end() ? ReadFile(path) : found->second;
+  }
+
   /// The file's path if it is there; else empty, after a diagnostic at the place that names it.
   std::string ExistingFile(const Value& value, const std::string& what) {
     const std::string name = ReadText(value, what, diagnostics_);
     if (name.empty()) return "";
     const std::string path = Resolve(name);
     std::error_code ignored;
-    if (fs::is_regular_file(path, ignored)) return path;
+    if (files_.contains(path) || fs::is_regular_file(path, ignored)) return path;
     diagnostics_.Add(value.where(), what + ": there is no file '" + path + "'",
                      "a path relative to the scenario");
     return "";
@@ -192,7 +198,7 @@ class ScenarioParser {
     if (problem != nullptr) task.problem = ExistingFile(*problem, "'problem' of 'task'");
     if (!task.domain.empty() && !task.problem.empty()) {
       try {
-        scenario_.problem = symbolic::ReadProblem(task.domain, task.problem);
+        scenario_.problem = ReadProblem(task.domain, task.problem);
         CheckProblem();
       } catch (const InputError& error) {
         diagnostics_.Add(error);
@@ -203,6 +209,12 @@ class ScenarioParser {
     } else if (domain == nullptr && problem == nullptr) {
       diagnostics_.Add(value.where(), "'task' has no goal", "domain and problem (PDDL files), or goal");
     }
+  }
+
+  std::shared_ptr<const symbolic::Problem> ReadProblem(const std::string& domain,
+                                                       const std::string& problem) const {
+    if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
+    return symbolic::ParseProblem(TextOf(problem), problem, symbolic::ParseDomain(TextOf(domain), domain));
   }
 
   void ReadGoal(const Value& value) {
@@ -349,6 +361,7 @@ class ScenarioParser {
     }
   }
 
+  const std::map<std::string, std::string>& files_;
   std::string folder_;
   bool libraries_read_ = true;  ///< None of those named is missing or broken.
   Diagnostics diagnostics_;
@@ -366,6 +379,10 @@ std::vector<std::string> ShippedActionLibraries() {
   return names;
 }
 
-Scenario LoadScenario(const std::string& path) { return ScenarioParser(path).Read(); }
+Scenario LoadScenario(const std::string& path) { return LoadScenario(path, {}); }
+
+Scenario LoadScenario(const std::string& path, const std::map<std::string, std::string>& files) {
+  return ScenarioParser(path, files).Read();
+}
 
 }  // namespace tether::experiment

@@ -1,0 +1,150 @@
+#include "tether/experiment/generate.h"
+
+#include <filesystem>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/common/error.h"
+#include "tether/common/value.h"
+#include "tether/experiment/check.h"
+#include "tether/experiment/problem.h"
+
+namespace tether::experiment {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// FNV-1a.
+uint64_t Hash(const GeneratedScenario& generated) {
+  uint64_t hash = 0xcbf29ce484222325u;
+  for (const std::string* text : {&generated.scenario, &generated.domain, &generated.problem}) {
+    for (char c : *text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  }
+  return hash;
+}
+
+std::vector<std::pair<std::string, GeneratorParameters>> Sizes() {
+  std::vector<std::pair<std::string, GeneratorParameters>> all;
+  for (int blocks = 2; blocks <= 8; ++blocks) {
+    all.push_back({"hanoi", {blocks, 0, 0}});
+    all.push_back({"stack", {blocks, 0, 0}});
+  }
+  all.push_back({"reach", {}});
+  for (int objects : {1, 5, 8}) {
+    for (int regions = 1; regions <= 4; ++regions) all.push_back({"sort", {0, objects, regions}});
+  }
+  for (int objects : {0, 6, 12}) all.push_back({"clutter", {0, objects, 0}});
+  return all;
+}
+
+TEST(GenerateTest, GeometryAndInitialStateAgreeInEveryScene) {
+  for (const auto& [kind, parameters] : Sizes()) {
+    for (uint64_t seed = 0; seed < (kind == "reach" ? 60 : 6); ++seed) {
+      const Scenario scenario = LoadGenerated(Generate(kind, parameters, seed));
+      for (const std::string& problem : CheckGeometry(scenario)) {
+        ADD_FAILURE() << kind << " " << parameters.blocks << " " << parameters.objects << " "
+                      << parameters.regions << " seed " << seed << ": " << problem;
+      }
+      EXPECT_EQ(scenario.seed, seed);
+      EXPECT_EQ(scenario.planning.solver, "native");
+    }
+  }
+}
+
+TEST(GenerateTest, TheSameSeedGivesTheSameTextsAndAnotherOnesOthers) {
+  for (const auto& [kind, parameters] : Sizes()) {
+    EXPECT_EQ(Hash(Generate(kind, parameters, 5)), Hash(Generate(kind, parameters, 5)));
+    EXPECT_NE(Hash(Generate(kind, parameters, 5)), Hash(Generate(kind, parameters, 6)));
+  }
+}
+
+TEST(GenerateTest, HanoiHasTheSizesAndLengthThatItsNumberOfBlocksAsksFor) {
+  for (int blocks = 2; blocks <= 8; ++blocks) {
+    const Scenario scenario = LoadGenerated(Generate("hanoi", {blocks, 0, 0}, 1));
+    EXPECT_EQ(scenario.task.max_actions, 2 * ((1 << blocks) - 1));
+    std::vector<double> edges;
+    for (const scene::Object& object : scenario.scene.objects) {
+      if (!object.movable()) continue;
+      edges.push_back(std::get<geometry::Box>(object.shape.parts.front().primitive).size.x());
+    }
+    ASSERT_EQ(static_cast<int>(edges.size()), blocks);
+    EXPECT_NEAR(edges.front(), 0.07, 1e-9);
+    EXPECT_NEAR(edges.back(), 0.03, 1e-9);
+    for (size_t i = 1; i < edges.size(); ++i) EXPECT_LT(edges[i], edges[i - 1] - 0.002);
+  }
+}
+
+TEST(GenerateTest, ReachScenesHaveTheBoxBeyondReachInThreeOfFour) {
+  int beyond = 0;
+  const int scenes = 200;
+  for (uint64_t seed = 0; seed < scenes; ++seed) {
+    const Scenario scenario = LoadGenerated(Generate("reach", {}, seed));
+    const Eigen::Vector2d p = scenario.scene.InitialPose("box").p.head<2>();
+    const bool far = p.norm() > 0.83;
+    const symbolic::Problem& problem = *scenario.problem;
+    bool stated = false;
+    for (const symbolic::Fact& fact : problem.init) {
+      stated =
+          stated || (problem.domain->predicates[static_cast<size_t>(fact.predicate)].name == "inworkspace" &&
+                     problem.objects[static_cast<size_t>(fact.arguments[0])].name == "box");
+    }
+    EXPECT_EQ(far, !stated) << "seed " << seed;
+    EXPECT_EQ(scenario.task.max_actions, far ? 5 : 2);
+    beyond += far ? 1 : 0;
+  }
+  EXPECT_NEAR(beyond, 0.75 * scenes, 20);
+}
+
+TEST(GenerateTest, MistakesNameTheValueAndWhatIsAccepted) {
+  const auto message = [](const std::string& kind, const GeneratorParameters& parameters) -> std::string {
+    try {
+      Generate(kind, parameters, 1);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message("hanoi", {9, 6, 2}), HasSubstr("--blocks is 9 (2 to 8: "));
+  EXPECT_THAT(message("stack", {1, 6, 2}), HasSubstr("--blocks is 1 (2 to 8: "));
+  EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--objects is 0 (1 to 8: "));
+  EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--regions is 5 (1 to 4: "));
+  EXPECT_THAT(message("clutter", {3, 13, 2}), HasSubstr("--objects is 13 (0 to 12: "));
+  EXPECT_THAT(message("hanio", {}),
+              HasSubstr("unknown kind of scene 'hanio' (did you mean 'hanoi'? accepted: "));
+}
+
+class FolderTest : public ::testing::Test {
+ protected:
+  FolderTest() : folder_(std::filesystem::path(::testing::TempDir()) / "tether_generate" / "scene") {}
+  ~FolderTest() override { std::filesystem::remove_all(folder_.parent_path()); }
+  std::filesystem::path folder_;
+};
+
+TEST_F(FolderTest, WrittenFilesAreReadAsTheTextsAre) {
+  const GeneratedScenario generated = Generate("sort", {0, 4, 2}, 3);
+  const std::string path = WriteGenerated(generated, folder_.string(), false);
+  EXPECT_EQ(ReadFile(path), generated.scenario);
+  const std::vector<FileCheck> checks = CheckFiles({path});
+  ASSERT_EQ(checks.size(), 1u);
+  EXPECT_TRUE(checks[0].problems.empty()) << checks[0].problems[0];
+}
+
+TEST_F(FolderTest, NothingIsReplacedUnasked) {
+  WriteGenerated(Generate("hanoi", {}, 1), folder_.string(), false);
+  const std::string before = ReadFile((folder_ / "scenario.yaml").string());
+  try {
+    WriteGenerated(Generate("reach", {}, 1), folder_.string(), false);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.diagnostics().size(), 3u);
+    EXPECT_THAT(error.what(), HasSubstr("scenario.yaml' exists already (another folder, or --force"));
+  }
+  EXPECT_EQ(ReadFile((folder_ / "scenario.yaml").string()), before);
+  WriteGenerated(Generate("reach", {}, 1), folder_.string(), true);
+  EXPECT_NE(ReadFile((folder_ / "scenario.yaml").string()), before);
+}
+
+}  // namespace
+}  // namespace tether::experiment
