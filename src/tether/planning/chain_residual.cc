@@ -41,56 +41,93 @@ std::vector<nlp::BlockRef> BlocksOf(const std::vector<Chain>& chains) {
 
 class ChainResidual final : public nlp::Residual {
  public:
-  ChainResidual(std::string name, int step, constraints::PoseFunctionPtr function, std::vector<Chain> chains)
+  ChainResidual(std::string name, int step, constraints::PoseFunctionPtr function,
+                const std::vector<Chain>& chains)
       : Residual(std::move(name), step, function->size(), function->unit(), BlocksOf(chains)),
         function_(std::move(function)),
-        chains_(std::move(chains)) {
-    assert(chains_.size() == static_cast<size_t>(function_->num_frames()) && chains_.size() <= kMostFrames);
-    for (const Chain& chain : chains_) {
-      std::vector<int>& columns = columns_.emplace_back();
-      for (const ChainLink& link : chain) {
+        num_frames_(chains.size()) {
+    assert(num_frames_ == static_cast<size_t>(function_->num_frames()) && num_frames_ <= kMostFrames);
+    for (size_t k = 0; k < num_frames_; ++k) {
+      Frame& frame = frames_[k];
+      frame.first = links_.size();
+      frame.first_variable = frame.end = frame.first + chains[k].size();
+      for (const ChainLink& link : chains[k]) {
         int column = -1;
-        for (size_t k = 0; k < blocks().size(); ++k) {
-          if (blocks()[k].index == link.variable) column = static_cast<int>(6 * k);
+        for (size_t b = 0; b < blocks().size(); ++b) {
+          if (blocks()[b].index == link.variable) column = static_cast<int>(6 * b);
         }
-        columns.push_back(column);
+        if (column >= 0) frame.first_variable = std::min(frame.first_variable, links_.size());
+        links_.push_back({link.variable, column, link.X});
       }
     }
   }
 
   void Evaluate(const nlp::Point& x, nlp::VectorRef r, nlp::JacobianRef* J) const override {
     std::array<Pose, kMostFrames> poses;
-    for (size_t k = 0; k < chains_.size(); ++k) {
-      for (const ChainLink& link : chains_[k]) {
-        poses[k] = poses[k] * (link.variable < 0 ? link.X : x.poses[static_cast<size_t>(link.variable)]);
-      }
+    for (size_t k = 0; k < num_frames_; ++k) {
+      const Frame& frame = frames_[k];
+      if (frame.first == frame.end) continue;
+      poses[k] = PoseOf(links_[frame.first], x);
+      for (size_t i = frame.first + 1; i < frame.end; ++i) poses[k] = poses[k] * PoseOf(links_[i], x);
     }
-    const std::span<const Pose> span(poses.data(), chains_.size());
+    const std::span<const Pose> span(poses.data(), num_frames_);
     if (J == nullptr) return function_->Evaluate(span, r, nullptr);
 
-    Eigen::MatrixXd J_frames(size(), 6 * static_cast<Eigen::Index>(chains_.size()));
-    nlp::JacobianRef J_ref(J_frames);
-    function_->Evaluate(span, r, &J_ref);
-    J->setZero();
-    for (size_t k = 0; k < chains_.size(); ++k) {
-      // From the frame back to the root: a link's perturbation reaches the frame through what hangs below the
-      // link.
-      Pose below;
-      for (size_t i = chains_[k].size(); i-- > 0;) {
-        const ChainLink& link = chains_[k][i];
-        if (link.variable >= 0) {
-          J->middleCols<6>(columns_[k][i]).noalias() +=
-              J_frames.middleCols<6>(6 * static_cast<Eigen::Index>(k)) * math::AdjointInverse(below);
-        }
-        if (i > 0) below = (link.variable < 0 ? link.X : x.poses[static_cast<size_t>(link.variable)]) * below;
-      }
+    const Eigen::Index columns = 6 * static_cast<Eigen::Index>(num_frames_);
+    if (size() <= kMostRowsOnStack) {
+      std::array<double, 6 * kMostFrames * kMostRowsOnStack> buffer;  // NOLINT: written by the function
+      ChainRows(x, span, r, Eigen::Map<Eigen::MatrixXd>(buffer.data(), size(), columns), *J);
+    } else {
+      Eigen::MatrixXd heap(size(), columns);
+      ChainRows(x, span, r, heap, *J);
     }
   }
 
  private:
+  static constexpr int kMostRowsOnStack = 64;
+
+  struct Link {
+    int variable;  // −1: constant
+    int column;    // of the variable's block in the Jacobian
+    Pose X;
+  };
+  struct Frame {
+    size_t first, first_variable, end;  // in links_
+  };
+
+  static const Pose& PoseOf(const Link& link, const nlp::Point& x) {
+    return link.variable < 0 ? link.X : x.poses[static_cast<size_t>(link.variable)];
+  }
+
+  /// Each row of J_frames is, like a force and a moment at its frame, carried link by link towards the root.
+  void ChainRows(const nlp::Point& x, std::span<const Pose> poses, nlp::VectorRef& r,
+                 nlp::JacobianRef J_frames, nlp::JacobianRef& J) const {
+    function_->Evaluate(poses, r, &J_frames);
+    J.setZero();
+    for (size_t k = 0; k < num_frames_; ++k) {
+      const Frame& frame = frames_[k];
+      for (int row = 0; row < size(); ++row) {
+        Eigen::Vector3d force = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k)).transpose();
+        Eigen::Vector3d moment = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k) + 3).transpose();
+        for (size_t i = frame.end; i-- > frame.first_variable;) {
+          const Link& link = links_[i];
+          if (link.variable >= 0) {
+            J.block<1, 3>(row, link.column) += force.transpose();
+            J.block<1, 3>(row, link.column + 3) += moment.transpose();
+          }
+          if (i == frame.first_variable) break;
+          const Pose& X = PoseOf(link, x);
+          force = X.R * force;
+          moment = X.R * moment + X.p.cross(force);
+        }
+      }
+    }
+  }
+
   constraints::PoseFunctionPtr function_;
-  std::vector<Chain> chains_;
-  std::vector<std::vector<int>> columns_;  // first column of each link's block; −1 for constants
+  size_t num_frames_;
+  std::array<Frame, kMostFrames> frames_{};
+  std::vector<Link> links_;
 };
 
 }  // namespace
