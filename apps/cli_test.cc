@@ -119,6 +119,24 @@ TEST(CliTest, TemporalGoalsAreSaidToBeUnsupported) {
   EXPECT_THAT(outcome.err, HasSubstr("temporal goals are not supported yet"));
 }
 
+TEST(CliTest, BenchPlanningWritesJsonOnly) {
+  const Outcome outcome = Tether("bench planning --solver native --repetitions 1 --scenario " +
+                                 Scenario("tool_use") + " --json -");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Value json = ParseYaml(outcome.out, "bench.json");
+  EXPECT_EQ(json.Find("format")->AsText(), "tether.bench/1");
+  EXPECT_EQ(json.Find("rows")->items().size(), 1u);
+  const Value& problem = json.Find("problems")->items().at(0);
+  EXPECT_EQ(problem.Find("exit_code")->AsText(), "0");
+  EXPECT_GT(problem.Find("process_s")->Find("median")->number(), 0);
+  EXPECT_THAT(outcome.err, HasSubstr("Tool Use"));
+
+  EXPECT_EQ(Tether("bench planning --solver natvie").exit_code, 2);
+  const Outcome geometry = Tether("bench geometry --repetitions 3");
+  EXPECT_EQ(geometry.exit_code, 2);
+  EXPECT_THAT(geometry.err, HasSubstr("--repetitions says nothing to benchmark 'geometry'"));
+}
+
 TEST(CliTest, ShippedFilesAreInOrder) {
   const Outcome outcome =
       Tether("check '" + kSource + "/models/actions/manipulation.yaml' " + Scenario("hanoi") + " " +

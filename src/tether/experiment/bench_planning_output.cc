@@ -28,22 +28,23 @@ std::optional<double> Ratio(const Samples& samples, const Samples* native) {
   return SpreadOf(samples.cpu).median / ours;
 }
 
-/// Where a solver's time goes. Only the native one tells more than the time of evaluation.
+/// Where a solver's time goes, as far as it tells: only the native one knows more than the evaluation.
 struct Shares {
-  double evaluation = 0, rest = 0;
-  std::optional<double> assembly, linear_algebra;
+  std::optional<double> evaluation, assembly, linear_algebra;
+  double rest = 1;
 };
 
 Shares SharesOf(const SolverMeasurement& solver) {
   Shares shares;
   if (solver.solve_s <= 0) return shares;
-  shares.evaluation = solver.evaluation_s / solver.solve_s;
-  shares.rest = 1 - shares.evaluation;
-  if (solver.assembly_s > 0 || solver.linear_algebra_s > 0) {
-    shares.assembly = solver.assembly_s / solver.solve_s;
-    shares.linear_algebra = solver.linear_algebra_s / solver.solve_s;
-    shares.rest -= *shares.assembly + *shares.linear_algebra;
-  }
+  const auto take = [&](double seconds, std::optional<double>& share) {
+    if (seconds <= 0) return;
+    share = seconds / solver.solve_s;
+    shares.rest -= *share;
+  };
+  take(solver.evaluation_s, shares.evaluation);
+  take(solver.assembly_s, shares.assembly);
+  take(solver.linear_algebra_s, shares.linear_algebra);
   return shares;
 }
 
@@ -93,7 +94,7 @@ Value WriteRow(const ProblemMeasurement& problem, const SolverMeasurement& solve
   row.Set("max_violation_m", solver.max_violation_m()).Set("max_violation_rad", solver.max_violation_rad());
   row.Set("iterations", solver.iterations()).Set("evaluations", solver.evaluations());
   row.Set("share", Value::Object()
-                       .Set("evaluation", shares.evaluation)
+                       .Set("evaluation", OrNull(shares.evaluation))
                        .Set("assembly", OrNull(shares.assembly))
                        .Set("linear_algebra", OrNull(shares.linear_algebra))
                        .Set("rest", shares.rest));
