@@ -43,7 +43,7 @@ Outcome Tether(const std::string& arguments, const std::string& prefix = "") {
 std::string Scenario(const std::string& name) { return "'" + kSource + "/scenarios/" + name + ".yaml'"; }
 
 TEST(CliTest, HelpHasExamplesForEveryCommand) {
-  for (const std::string command : {"", "plan", "run", "check", "bench", "generate"}) {
+  for (const std::string command : {"", "plan", "run", "check", "bench", "generate", "campaign"}) {
     const Outcome outcome = Tether(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("Examples:")) << command;

@@ -206,6 +206,42 @@ void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int(
   tether plan reach_17/scenario.yaml)");
 }
 
+void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("campaign", "Plan many random scenes and say how planning did");
+  CampaignOptions& options = arguments.options;
+  std::string names = "Campaigns:\n";
+  for (const auto& [name, text] : CampaignNames()) names += "  " + name + ": " + text + "\n";
+  command->add_option("name", options.name, "Which one")->required()->type_name("NAME");
+  command->add_option("--scenes", options.scenes, "Scenes per kind, or per number of blocks")->type_name("N");
+  command->add_option("--kind", options.kinds, "Only scenes of this kind: reach or stack; may be given twice")
+      ->type_name("KIND")
+      ->allow_extra_args(false);
+  command->add_option("--restarts", options.restarts, "Random starts of a scene (default 100)")
+      ->type_name("N");
+  command
+      ->add_option("--seed", options.seed, "Of the first scene (default 1); the next has one more, and so on")
+      ->check(WholeNumber())
+      ->type_name("S");
+  command
+      ->add_option("--output", options.output,
+                   "A line of JSON per finished scene; scenes that are there already are not measured again")
+      ->type_name("FILE");
+  command->add_option("--json", arguments.json, "Write the summary as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  command->footer(names + R"(
+Examples:
+  tether campaign robustness --scenes 100 --kind reach
+  tether campaign robustness --output robustness.jsonl
+  tether campaign quality --output quality.jsonl --json quality.json
+  tether campaign growth)");
+  command->callback([&] {
+    run = [&] {
+      arguments.options.stop = &stop_requested;
+      return CampaignCommand(arguments);
+    };
+  });
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Robot manipulation planned as poses tied to objects, executed by reactive control.",
                "tether");
@@ -226,12 +262,14 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   CheckArguments check;
   BenchArguments bench;
   GenerateArguments generate;
+  CampaignArguments campaign;
   std::function<int()> command;
   AddPlan(app, plan, command);
   AddRun(app, run, command);
   AddCheck(app, check, command);
   AddBench(app, bench, command);
   AddGenerate(app, generate, command);
+  AddCampaign(app, campaign, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

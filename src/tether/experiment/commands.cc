@@ -297,4 +297,24 @@ int CheckCommand(const CheckArguments& arguments) {
   return good ? kExitSuccess : kExitFailed;
 }
 
+int CampaignCommand(const CampaignArguments& arguments) {
+  const CampaignOptions& options = arguments.options;
+  options.Validate();
+  Diagnostics unwritable;
+  RequireWritable(arguments.json, "--json", unwritable);
+  unwritable.ThrowIfAny();
+  const Terminal terminal(arguments.json == "-");
+  const CampaignResult result = RunCampaign(options, [&](int number, int count, const Value& record) {
+    const std::string line = CampaignLine(number, count, record);
+    if (!line.empty()) terminal.Print(line);
+  });
+  const Value summary = SummarizeCampaign(options, result);
+  terminal.Print(CampaignTable(summary));
+  WriteJsonTo(arguments.json, summary);
+  if (!result.interrupted) return kExitSuccess;
+  terminal.Print(terminal.Yellow(
+      "interrupted" + (options.output.empty() ? "" : "; the same command goes on from " + options.output)));
+  return kExitInterrupted;
+}
+
 }  // namespace tether::experiment

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/experiment/campaign.h"
 #include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
 
@@ -65,6 +66,11 @@ struct GenerateArguments {
   bool force = false;  ///< Files that are there already are replaced.
 };
 
+struct CampaignArguments {
+  CampaignOptions options;
+  std::string json;  ///< File for the summary, or "-"; empty: none.
+};
+
 /// The commands of the program. Each prints its result and returns the exit code; each throws InputError for
 /// bad input.
 int PlanCommand(const PlanArguments& arguments);
@@ -72,6 +78,7 @@ int RunCommand(const RunArguments& arguments);
 int CheckCommand(const CheckArguments& arguments);
 int BenchCommand(const BenchArguments& arguments);
 int GenerateCommand(const GenerateArguments& arguments);
+int CampaignCommand(const CampaignArguments& arguments);
 
 /// The names that BenchCommand takes, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> BenchNames();

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tether/common/value.h"
+
+namespace tether::experiment {
+
+/// What the campaigns measure on one scene; not for users.
+
+/// A scene of a campaign.
+struct CampaignScene {
+  std::string kind;  ///< A kind of Generate().
+  int blocks = 0;    ///< For those that take it.
+  uint64_t seed = 0;
+
+  /// "reach 17", "hanoi of 5 blocks 1".
+  std::string Label() const;
+};
+
+struct SceneMeasurementOptions {
+  int restarts = 100;
+  bool ipopt = false;  ///< Also plans with IPOPT, 10 s per solve.
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Plans the scene; if that fails, tries random starts until one of them finds a plan. Empty if interrupted.
+std::optional<Value> MeasureRobustness(const CampaignScene& scene, const SceneMeasurementOptions& options);
+
+/// Plans the scene, and compares the cost with the best of all random starts. Empty if interrupted.
+std::optional<Value> MeasureQuality(const CampaignScene& scene, const SceneMeasurementOptions& options);
+
+/// Plans the scene, and solves the first candidate's program once from the scene's own start. Empty if
+/// interrupted.
+std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasurementOptions& options);
+
+}  // namespace tether::experiment
