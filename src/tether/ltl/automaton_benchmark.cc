@@ -1,0 +1,36 @@
+#include <benchmark/benchmark.h>
+
+#include "tether/ltl/automaton.h"
+#include "tether/ltl/parser.h"
+#include "tether/ltl/testing.h"
+
+namespace tether::ltl {
+namespace {
+
+/// From the text to the minimal automaton: 3ⁿ states.
+void BM_TwoStepTasks(benchmark::State& state) {
+  const std::string text = testing::TwoStepTasks(static_cast<int>(state.range(0)));
+  int states = 0;
+  for (auto _ : state) {
+    const auto automaton = BuildAutomaton(ParseFormula(text), Semantics::kCosafe);
+    states = automaton->states();
+    benchmark::DoNotOptimize(automaton);
+  }
+  state.counters["states"] = states;
+}
+BENCHMARK(BM_TwoStepTasks)->DenseRange(1, 10)->Unit(benchmark::kMillisecond);
+
+/// Paper B, eq. (21): 12 states.
+void BM_Assistive(benchmark::State& state) {
+  const std::string text =
+      "F(in(pen,person) & in(book,person)) & F(in(meat,heat) & X F(in(meat,person) & in(salad,person))) & "
+      "F(in(book,book_place) & in(pen,pen_place))";
+  for (auto _ : state) {
+    const auto automaton = BuildAutomaton(ParseFormula(text), Semantics::kCosafe);
+    benchmark::DoNotOptimize(automaton);
+  }
+}
+BENCHMARK(BM_Assistive)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace tether::ltl
