@@ -20,7 +20,7 @@ bool Stopped(const CampaignOptions& options) { return options.stop != nullptr &&
 
 int ScenesOf(const CampaignOptions& options) {
   if (options.scenes) return *options.scenes;
-  return options.name == "robustness" ? 1000 : options.name == "quality" ? 100 : 1;
+  return options.name == "robustness" ? 1000 : options.name == "growth" ? 1 : 100;
 }
 
 std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
@@ -49,6 +49,7 @@ std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene
   measurement.restarts = options.restarts;
   measurement.stop = options.stop;
   if (options.name == "quality") return MeasureQuality(scene, measurement);
+  if (options.name == "warm") return MeasureWarmStart(scene, measurement);
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
@@ -160,6 +161,7 @@ class RecordFile {
 std::vector<std::pair<std::string, std::string>> CampaignNames() {
   return {{"robustness", "how many random scenes are solved, of those that can be; 1000 of each kind"},
           {"quality", "the cost against the best of random restarts; 100 of each kind"},
+          {"warm", "solving again after an object was moved, from what was found before; 100 of each kind"},
           {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"}};
 }
 

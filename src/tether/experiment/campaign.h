@@ -28,7 +28,7 @@ struct CampaignOptions {
   void Validate() const;
 };
 
-/// The campaigns, each with one line of explanation: robustness, quality, growth.
+/// The campaigns, each with one line of explanation: robustness, quality, warm, growth.
 std::vector<std::pair<std::string, std::string>> CampaignNames();
 
 struct CampaignResult {

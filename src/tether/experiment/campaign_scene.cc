@@ -1,16 +1,21 @@
 #include "tether/experiment/campaign_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "tether/common/random.h"
+#include "tether/experiment/contact.h"
 #include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
+#include "tether/geometry/distance.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/program_builder.h"
+#include "tether/planning/variants.h"
 
 namespace tether::experiment {
 namespace {
@@ -18,6 +23,9 @@ namespace {
 constexpr double kIpoptLimit = 10;  // s per solve
 constexpr double kLeastTime = 0.1;  // s: what is shorter is measured again
 constexpr int kMostRepetitions = 9;
+constexpr int kWarmRepetitions = 3;
+constexpr double kFarthestMove = 0.05, kMoveGap = 0.01;  // m
+constexpr int kMoveDraws = 1000;
 
 bool Stopped(const SceneMeasurementOptions& options) {
   return options.stop != nullptr && options.stop->load();
@@ -170,6 +178,72 @@ RestartResult RestartAll(const planning::SceneFacts& facts, const planning::Plan
   return best;
 }
 
+/// A way to make the discrete choices, and its solution from the scene's own start.
+struct SolvedWay {
+  planning::Variant variant;
+  nlp::Result result;
+};
+
+/// The first way whose solution the checker accepts.
+std::optional<SolvedWay> SolveFirstWay(const planning::SceneFacts& facts,
+                                       const std::vector<std::string>& actions) {
+  const planning::Problem& problem = facts.problem();
+  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, actions);
+  const auto solver = nlp::MakeSolver(nlp::Backend::kNative);
+  nlp::Options options = problem.program.solver;
+  options.stop = problem.search.stop;
+  planning::VariantQueue variants(problem.program.max_variants);
+  while (const auto variant = variants.Next()) {
+    const planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, *variant);
+    variants.Expand(*variant, key_poses.choices);
+    if (!key_poses.refutations.empty()) continue;
+    SolvedWay way;
+    way.result = solver->Solve(key_poses.program, key_poses.guess, options);
+    const planning::CheckResult check =
+        planning::CheckPlan(facts, MakePlan(problem, actions, steps, way.result.x));
+    if (!check.Feasible(problem.program)) continue;
+    for (const planning::ChoicePoint& choice : key_poses.choices) way.variant[choice.key] = choice.chosen;
+    return way;
+  }
+  return std::nullopt;
+}
+
+struct MovedScene {
+  scene::Scene scene;
+  std::string object;
+  double distance = 0;  ///< m
+};
+
+/// One movable object, by up to 5 cm to where it stands on the same thing and is clear of all others.
+std::optional<MovedScene> MoveOneObject(const scene::Scene& scene, Random random) {
+  std::vector<size_t> movable;
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].movable()) movable.push_back(i);
+  }
+  const auto X_WO = InitialPoses(scene);
+  for (int draw = 0; draw < kMoveDraws && !movable.empty(); ++draw) {
+    const size_t index = movable[static_cast<size_t>(random.Index(static_cast<int>(movable.size())))];
+    const scene::Object& object = scene.objects[index];
+    const double distance = kFarthestMove * std::sqrt(random.Uniform(0, 1));
+    const double direction = random.Uniform(0, 2 * std::numbers::pi);
+    math::Pose X = X_WO.at(object.name);
+    X.p += distance * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+    const scene::Object* support = FindSupport(scene, X_WO, object);
+    const bool fits =
+        support != nullptr && std::all_of(scene.objects.begin(), scene.objects.end(), [&](const auto& other) {
+          if (&other == &object) return true;
+          if (&other == support) return FindResting(object, X, other, X_WO.at(other.name)).Holds(1e-3);
+          return geometry::SignedDistance(object.shape, X, other.shape, X_WO.at(other.name)).distance >
+                 kMoveGap;
+        });
+    if (!fits) continue;
+    MovedScene moved{scene, object.name, distance};
+    moved.scene.objects[index].X_ParentObject = math::Between(scene.InitialPose(object.parent), X);
+    return moved;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::string CampaignScene::Label() const {
@@ -283,6 +357,54 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
                                        .Set("feasible", feasible)
                                        .Set("iterations", result.iterations)
                                        .Set("cpu_s", *solve_cpu_s));
+}
+
+std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMeasurementOptions& options) {
+  const Prepared prepared(scene, options);
+  const Planned planned = PlanIt(prepared.problem, *prepared.task);
+  if (planned.interrupted()) return std::nullopt;
+  Value record = BeginRecord(scene, planned);
+  const planning::CandidateReport* best = planned.report.best();
+  if (best == nullptr) return record;
+  const planning::SceneFacts facts(prepared.problem);
+  const auto before = SolveFirstWay(facts, best->plan.actions);
+  if (Stopped(options)) return std::nullopt;
+  if (!before) return record.Set("first_solve", "no way has a feasible solve from the scene's own start");
+
+  const auto moved = MoveOneObject(prepared.problem.scene, Random(scene.seed).Split("move"));
+  if (!moved) return record.Set("first_solve", "no object has room to be moved");
+  planning::Problem problem = prepared.problem;
+  problem.scene = moved->scene;
+  const planning::SceneFacts moved_facts(problem);
+  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, best->plan.actions);
+  const auto solver = nlp::MakeSolver(nlp::Backend::kNative);
+  // Both build the program of the moved scene, with the choices made before.
+  const auto solve = [&](bool warm) {
+    Value value = Value::Object();
+    std::vector<double> times, solve_times;
+    nlp::Result result;
+    for (int i = 0; i < kWarmRepetitions; ++i) {
+      const CpuClock clock;
+      const planning::KeyPoseProgram key_poses = planning::BuildProgram(moved_facts, steps, before->variant);
+      const double built_s = clock.seconds();
+      result = warm ? solver->Solve(key_poses.program, before->result.x, problem.program.solver,
+                                    &before->result.warm_start)
+                    : solver->Solve(key_poses.program, key_poses.guess, problem.program.solver);
+      times.push_back(clock.seconds());
+      solve_times.push_back(times.back() - built_s);
+    }
+    const planning::CheckResult check =
+        planning::CheckPlan(moved_facts, MakePlan(problem, best->plan.actions, steps, result.x));
+    return value.Set("feasible", check.Feasible(problem.program))
+        .Set("cost", check.cost)
+        .Set("iterations", result.iterations)
+        .Set("cpu_s", *std::min_element(times.begin(), times.end()))
+        .Set("solve_cpu_s", *std::min_element(solve_times.begin(), solve_times.end()));
+  };
+  record.Set("moved", moved->object).Set("moved_by_m", moved->distance);
+  record.Set("cold", solve(false)).Set("warm", solve(true));
+  if (Stopped(options)) return std::nullopt;
+  return record;
 }
 
 }  // namespace tether::experiment

@@ -112,6 +112,35 @@ Value SummarizeQuality(const std::vector<const Value*>& records) {
       .Set("worse", worse);
 }
 
+Value SummarizeWarm(const std::vector<const Value*>& records) {
+  int compared = 0, same = 0, warm_only = 0, cold_only = 0, neither = 0;
+  std::vector<double> ratios, solve_ratios;
+  for (const Value* record : records) {
+    const Value *cold = record->Find("cold"), *warm = record->Find("warm");
+    if (cold == nullptr || warm == nullptr) continue;
+    const bool cold_feasible = cold->Find("feasible")->boolean();
+    const bool warm_feasible = warm->Find("feasible")->boolean();
+    if (!cold_feasible || !warm_feasible) {
+      (cold_feasible ? cold_only : warm_feasible ? warm_only : neither) += 1;
+      continue;
+    }
+    ++compared;
+    ratios.push_back(Number(*warm, "cpu_s") / Number(*cold, "cpu_s"));
+    solve_ratios.push_back(Number(*warm, "solve_cpu_s") / Number(*cold, "solve_cpu_s"));
+    same += std::abs(Number(*warm, "cost") / Number(*cold, "cost") - 1) <= kSameCost ? 1 : 0;
+  }
+  return Value::Object()
+      .Set("compared", compared)
+      .Set("warm_over_cold_median", SpreadOf(ratios).median)
+      .Set("warm_over_cold_p99", SpreadOf(ratios).p99)
+      .Set("solve_warm_over_cold_median", SpreadOf(solve_ratios).median)
+      .Set("same_cost", same)
+      .Set("same_cost_share", Share(same, compared))
+      .Set("only_cold_feasible", cold_only)
+      .Set("only_warm_feasible", warm_only)
+      .Set("neither_feasible", neither);
+}
+
 double Factor(const std::vector<double>& values) {
   if (values.empty()) return 1;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -206,6 +235,19 @@ std::string QualityText(const Value& row) {
   return text;
 }
 
+std::string WarmText(const Value& row) {
+  return Text(row, "compared") + " of " + Text(row, "scenes") +
+         " scenes solved both ways; warm over cold, building and solving: median " +
+         Fixed(Number(row, "warm_over_cold_median"), 2) + ", p99 " +
+         Fixed(Number(row, "warm_over_cold_p99"), 2) + "; solving alone: median " +
+         Fixed(Number(row, "solve_warm_over_cold_median"), 2) +
+         "\n  same cost within 1 %: " + Text(row, "same_cost") + " (" +
+         Percent(Number(row, "same_cost_share")) +
+         "); feasible only cold: " + Text(row, "only_cold_feasible") +
+         ", only warm: " + Text(row, "only_warm_feasible") + ", neither: " + Text(row, "neither_feasible") +
+         "\n";
+}
+
 std::string GrowthText(const Value& row) {
   std::string text =
       "\n  blocks  steps  solved   optimisation (ms)  per step, object (us)   one solve (ms)  per step, "
@@ -237,6 +279,7 @@ Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& re
   for (const std::string& kind : kinds) {
     const std::vector<const Value*>& records = by_kind[kind];
     const Value summary = options.name == "quality"  ? SummarizeQuality(records)
+                          : options.name == "warm"   ? SummarizeWarm(records)
                           : options.name == "growth" ? SummarizeGrowth(records)
                                                      : SummarizeRobustness(records);
     Value row = Value::Object();
@@ -257,6 +300,7 @@ std::string CampaignTable(const Value& summary) {
   for (const Value& row : summary.Find("kinds")->items()) {
     text += Text(row, "kind") + ": " +
             (name == "quality"  ? QualityText(row)
+             : name == "warm"   ? WarmText(row)
              : name == "growth" ? GrowthText(row)
                                 : RobustnessText(row));
   }

@@ -158,6 +158,39 @@ TEST(CampaignSummaryTest, QualityCountsScenesThatOnlyRestartsSolveAsWorse) {
   EXPECT_THAT(CampaignTable(summary), HasSubstr("seed 1, 4 blocks: cost 1.0200, 2.0 % more"));
 }
 
+TEST(CampaignSummaryTest, WarmAndColdAreComparedWhereBothAreFeasible) {
+  CampaignOptions options;
+  options.name = "warm";
+  CampaignResult result;
+  for (const char* rest : {"cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
+                           "warm: {feasible: true, cost: 1.005, cpu_s: 0.004, solve_cpu_s: 0.002}",
+                           "cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
+                           "warm: {feasible: true, cost: 0.9, cpu_s: 0.005, solve_cpu_s: 0.003}",
+                           "cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
+                           "warm: {feasible: false, cost: 1, cpu_s: 0.001, solve_cpu_s: 0.001}",
+                           "first_solve: none"}) {
+    result.records.push_back(Parse(std::string("{kind: reach, seed: 1, status: solved, ") + rest + "}"));
+  }
+  const Value summary = SummarizeCampaign(options, result);
+  const Value& row = summary.Find("kinds")->items().at(0);
+  EXPECT_EQ(row.Find("compared")->integer(), 2);
+  EXPECT_EQ(row.Find("same_cost")->integer(), 1);
+  EXPECT_EQ(row.Find("only_cold_feasible")->integer(), 1);
+  EXPECT_NEAR(row.Find("warm_over_cold_median")->number(), 0.4, 1e-12);
+  EXPECT_THAT(CampaignTable(summary), HasSubstr("2 of 4 scenes solved both ways"));
+}
+
+TEST_F(CampaignTest, WarmStartsFromWhatWasFoundBeforeAnObjectMoved) {
+  CampaignOptions options = Quality(1);
+  options.name = "warm";
+  const Value record = RunCampaign(options).records.at(0);
+  ASSERT_NE(record.Find("warm"), nullptr) << WriteJson(record);
+  EXPECT_TRUE(record.Find("cold")->Find("feasible")->boolean());
+  EXPECT_TRUE(record.Find("warm")->Find("feasible")->boolean());
+  EXPECT_GT(record.Find("moved_by_m")->number(), 0);
+  EXPECT_LE(record.Find("moved_by_m")->number(), 0.05);
+}
+
 TEST(CampaignSummaryTest, GrowthComparesTimesPerStepObjectAndCandidate) {
   CampaignOptions options;
   options.name = "growth";
