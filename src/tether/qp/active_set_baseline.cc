@@ -1,0 +1,1 @@
+#include "tether/qp/active_set_kernel.h"

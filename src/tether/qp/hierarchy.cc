@@ -1,0 +1,142 @@
+#include "tether/qp/hierarchy.h"
+
+#include <algorithm>
+#include <cassert>
+#include <climits>
+#include <cmath>
+
+namespace tether::qp {
+namespace {
+
+/// Rows of a proof with at least this part of the largest weight must give all of the level's violation.
+constexpr double kFreezeWeight = 1e-7;
+
+}  // namespace
+
+HierarchySolver::HierarchySolver(int max_variables, int max_equalities, int max_inequalities,
+                                 const SolverOptions& options)
+    : solver_(max_variables, max_equalities, max_inequalities, options) {
+  const size_t lines = static_cast<size_t>(max_inequalities + 7) / 8;
+  memory_.resize(2 * lines);
+  lower_ = reinterpret_cast<double*>(memory_.data());
+  upper_ = lower_ + 8 * lines;
+  all_violations_.resize(static_cast<size_t>(max_inequalities));
+  state_.resize(static_cast<size_t>(max_inequalities));
+}
+
+void HierarchySolver::SetSides(int row) {
+  const double v = violations_[static_cast<size_t>(row)];
+  const bool aside = state_[static_cast<size_t>(row)] == Row::kAside;
+  lower_[row] = aside ? -kInfinity : problem_->lower()[row] - v;
+  upper_[row] = aside ? kInfinity : problem_->upper()[row] + v;
+}
+
+Status HierarchySolver::Relaxed(Start start) {
+  ++solves_;
+  return solver_.Solve(*problem_, lower_, upper_, start);
+}
+
+Status HierarchySolver::Solve(const Problem& problem, std::span<const int> levels, Start start) {
+  const int m = problem.num_inequalities();
+  assert(static_cast<int>(levels.size()) == m && levels.size() <= all_violations_.size());
+  problem_ = &problem;
+  levels_ = levels;
+  violations_ = {all_violations_.data(), levels.size()};
+  std::fill(violations_.begin(), violations_.end(), 0.0);
+  num_relaxed_ = 0;
+  solves_ = 1;
+  status_ = solver_.Solve(problem, start);
+  if (status_ != Status::kInfeasible) return status_;
+  // Was the proof one of what must hold, then nothing helps.
+  int level = INT_MAX;
+  bool hard = true;
+  for (const RowWeight& row : solver_.conflict()) {
+    if (row.kind == RowKind::kInequality && levels[static_cast<size_t>(row.index)] > 0) hard = false;
+  }
+  if (hard) return status_;
+  for (int i = 0; i < problem.padded_rows(); ++i) {
+    if (i < m) {
+      const int at = levels[static_cast<size_t>(i)];
+      assert(at >= 0);
+      if (at > 0) level = std::min(level, at);
+      state_[static_cast<size_t>(i)] = at == 0 ? Row::kFrozen : Row::kAside;
+      SetSides(i);
+    } else {
+      lower_[i] = -kInfinity;
+      upper_[i] = kInfinity;
+    }
+  }
+  while (level < INT_MAX) {
+    status_ = MinimizeLevel(level);
+    if (status_ != Status::kSolved) return status_;
+    int next = INT_MAX;
+    for (const int other : levels) {
+      if (other > level) next = std::min(next, other);
+    }
+    level = next;
+  }
+  for (const double v : violations_) num_relaxed_ += v > 0;
+  return status_;
+}
+
+Status HierarchySolver::MinimizeLevel(int level) {
+  const int m = static_cast<int>(levels_.size());
+  const auto set_free = [&](double v) {
+    for (int i = 0; i < m; ++i) {
+      const auto row = static_cast<size_t>(i);
+      if (levels_[row] != level || state_[row] == Row::kFrozen) continue;
+      state_[row] = Row::kFree;
+      violations_[row] = v;
+      SetSides(i);
+    }
+  };
+  const auto is_free = [&](const RowWeight& row) {
+    return row.kind == RowKind::kInequality && state_[static_cast<size_t>(row.index)] == Row::kFree;
+  };
+  double v = 0;
+  set_free(0);
+  RowWeights proof;
+  // Each round freezes a row, each proof within one is a new set of rows.
+  for (int round = 0; round < 50 + 20 * m; ++round) {
+    const Status status = Relaxed(Start::kWarm);
+    if (status == Status::kSolved) {
+      if (v == 0) {
+        for (int i = 0; i < m; ++i) {
+          const auto row = static_cast<size_t>(i);
+          if (levels_[row] == level) state_[row] = Row::kFrozen;
+        }
+        return status;
+      }
+      double largest = 0;
+      for (const RowWeight& row : proof) {
+        if (is_free(row)) largest = std::max(largest, std::abs(row.weight));
+      }
+      for (const RowWeight& row : proof) {
+        if (is_free(row) && std::abs(row.weight) >= kFreezeWeight * largest) {
+          state_[static_cast<size_t>(row.index)] = Row::kFrozen;
+        }
+      }
+      v = 0;
+      set_free(0);
+      continue;
+    }
+    if (status != Status::kInfeasible) return status;
+    proof = solver_.conflict();
+    double gap = 0, sum = 0;
+    for (const RowWeight& row : proof) {
+      if (is_free(row)) sum += std::abs(row.weight);
+      const bool low = row.weight > 0;
+      const double side = row.kind == RowKind::kEquality ? problem_->e()[row.index]
+                          : row.kind == RowKind::kBound
+                              ? (low ? problem_->x_lower() : problem_->x_upper())[row.index]
+                              : (low ? lower_ : upper_)[row.index];
+      gap += row.weight * side;
+    }
+    if (!(sum > 0)) return status;
+    v += gap / sum;
+    set_free(v);
+  }
+  return Status::kIterationLimit;
+}
+
+}  // namespace tether::qp

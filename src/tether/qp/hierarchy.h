@@ -1,0 +1,60 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tether/qp/solver.h"
+
+namespace tether::qp {
+
+/// Solves problems whose inequality rows may conflict, by priority. Level 0 rows, bounds and equalities
+/// always hold. Every other row belongs to a level; the smaller its number, the more it matters. Level by
+/// level, the violations v_i ≥ 0 in lower − v ≤ A x ≤ upper + v are made as small as they can be while all
+/// levels before keep theirs: first the largest of the level, then the largest of those that need not be as
+/// large, and so on (the lexicographic min-max), so that rows outside a conflict hold exactly. Among the
+/// points with these violations, x minimises the cost. Scale rows of one level to one unit: their violations
+/// are compared.
+///
+/// The minimal violation is exact, not a penalty: if the rows conflict at violation t, Farkas' lemma gives
+/// weights y ≥ 0 that force Σ y_i v_i ≥ gap, thus a larger t ≥ gap / Σ y_i; the t at which no conflict is
+/// left is both possible and necessary. Without conflict this costs what Solver costs. Does not allocate.
+class HierarchySolver {
+ public:
+  HierarchySolver(int max_variables, int max_equalities, int max_inequalities,
+                  const SolverOptions& options = {});
+
+  /// `levels` has one entry ≥ 0 per inequality row. kInfeasible only where equalities, bounds and level 0
+  /// conflict; solver().conflict() is then the proof.
+  Status Solve(const Problem& problem, std::span<const int> levels, Start start = Start::kWarm);
+
+  Status status() const { return status_; }
+  auto x() const { return solver_.x(); }
+  /// v_i of each inequality row; all zero if nothing had to give.
+  std::span<const double> violations() const { return {violations_.data(), violations_.size()}; }
+  /// The rows that had to give.
+  int num_relaxed() const { return num_relaxed_; }
+  /// Solves of the underlying problem; 1 if nothing had to give.
+  int solves() const { return solves_; }
+  /// Multipliers and, if infeasible, the proof.
+  const Solver& solver() const { return solver_; }
+
+ private:
+  enum class Row : unsigned char { kAside, kFree, kFrozen };
+
+  Status Relaxed(Start start);
+  Status MinimizeLevel(int level);
+  void SetSides(int row);
+
+  Solver solver_;
+  const Problem* problem_ = nullptr;
+  std::span<const int> levels_;
+  std::vector<CacheLine> memory_;
+  double *lower_ = nullptr, *upper_ = nullptr;  // sides with violations
+  std::vector<double> all_violations_;
+  std::span<double> violations_;
+  std::vector<Row> state_;
+  Status status_ = Status::kNotSolved;
+  int num_relaxed_ = 0, solves_ = 0;
+};
+
+}  // namespace tether::qp
