@@ -4,6 +4,7 @@
 #include "tether/common/overloaded.h"
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/kinds.h"
+#include "tether/geometry/bounds.h"
 #include "tether/geometry/query.h"
 
 namespace tether::constraints {
@@ -151,6 +152,22 @@ void CheckInside(const Context& context, const Parameters& parameters, Findings&
   findings.Report(label, nlp::Unit::kMetre, distance);
 }
 
+/// In the ball about the middle of the solid's box.
+std::optional<Column> LocateInside(const Context& context, const Parameters& parameters) {
+  const std::string& of = parameters.Text("of");
+  if (Resolve(context, parameters.Text("frame")) != context.control() || of != context.target())
+    return std::nullopt;
+  const geometry::Shape* shape = context.ShapeOf(of);
+  if (shape == nullptr) return std::nullopt;
+  const geometry::Aabb box = geometry::BoundingBox(*shape, Pose());
+  Vector3d half = 0.5 * (box.upper - box.lower);
+  if (shape->parts.size() == 1 && std::holds_alternative<geometry::Box>(shape->parts.front().primitive)) {
+    const double margin = parameters.Number("margin");
+    for (double& extent : half) extent -= Fitting(margin, extent);
+  }
+  return Column{0.5 * (box.lower + box.upper), Vector3d::UnitZ(), half.head<2>().norm(), half.z()};
+}
+
 }  // namespace
 
 Kind InsideKind() {
@@ -172,7 +189,8 @@ Kind InsideKind() {
            {"margin", ParameterDoc::Type::kNumber, false, 0, 0, 1, {}, "distance to the boundary, m"}},
           GuessInside,
           BuildInside,
-          CheckInside};
+          CheckInside,
+          LocateInside};
 }
 
 }  // namespace tether::constraints

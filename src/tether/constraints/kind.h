@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,14 @@ class Parameters {
   std::vector<std::string> frame_order_;
 };
 
+/// A set of points: those within `radius` of an axis and within `half_height` of its centre along it, m.
+struct Column {
+  Eigen::Vector3d centre;
+  Eigen::Vector3d axis;  ///< Unit.
+  double radius;
+  double half_height;
+};
+
 /// A registered kind of constraint: what it is called and takes, the rows it gives an optimiser, where it
 /// suggests to start, and a geometric test that shares no code with the rows.
 struct Kind {
@@ -57,6 +66,9 @@ struct Kind {
   std::function<void(const Context&, const Parameters&, RowSink&)> build;
   /// Judges the poses that `context` holds, geometrically.
   std::function<void(const Context&, const Parameters&, Findings&)> check;
+  /// Where the origin of the control frame must be in the target frame if the constraint holds, whatever the
+  /// poses, for bounds on the cost; none if it does not say. May be empty.
+  std::function<std::optional<Column>(const Context&, const Parameters&)> locate = nullptr;
 };
 
 /// Every kind, in alphabetical order. Adding one means adding it here: name, parameters, bounds,

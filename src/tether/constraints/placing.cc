@@ -271,6 +271,41 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
 }
 
+/// At the height at which it touches, anywhere.
+std::optional<Column> LocateRestsOn(const Context& context, const Parameters& parameters) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  if (context.control() != object || context.target() != on) return std::nullopt;
+  const auto placement = FindPlacement(context, object, on);
+  if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3)
+    return std::nullopt;
+  const Vector3d& up = placement->support.normal;
+  return Column{up * (placement->support.offset + placement->foot.offset), up,
+                std::numeric_limits<double>::infinity(), 0};
+}
+
+/// Over the support, at any height. The demand's points are inside by its margin; of a footprint, the middle
+/// is inside by the radius of the circle about it as well.
+std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
+  const std::string& object = parameters.Text("object");
+  const std::string& by = parameters.Text("by");
+  if (context.control() != object || context.target() != by) return std::nullopt;
+  const auto placement = FindPlacement(context, object, by);
+  if (!placement || placement->support.points.size() < 3) return std::nullopt;
+  const auto demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));
+  const bool corners = demand->whole_footprint && demand->points_A.size() > 1;
+  const double inset = demand->margin + (corners ? InradiusOf(placement->foot) : 0);
+  const Vector3d p_AQ = corners ? CentroidOf(placement->foot) : demand->points_A.front();
+  const Vector3d centre = CentroidOf(placement->support);
+  double radius = 0;
+  for (const Eigen::Vector2d& corner : geometry::Shrink(placement->support.polygon, inset))
+    radius = std::max(radius, (placement->support.Lift(corner) - centre).norm());
+  // The object may be turned about the vertical.
+  const Vector3d& down_A = placement->foot.normal;
+  radius += (p_AQ - down_A * down_A.dot(p_AQ)).norm();
+  return Column{centre, placement->support.normal, radius, std::numeric_limits<double>::infinity()};
+}
+
 }  // namespace
 
 Kind RestsOnKind() {
@@ -283,7 +318,8 @@ Kind RestsOnKind() {
            {"on", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what it stands on"}},
           GuessRestsOn,
           BuildRestsOn,
-          CheckRestsOn};
+          CheckRestsOn,
+          LocateRestsOn};
 }
 
 Kind SupportedKind() {
@@ -297,7 +333,8 @@ Kind SupportedKind() {
            {"margin", ParameterDoc::Type::kNumber, false, 0.01, 0, 1, {}, "distance inside the edge, m"}},
           GuessSupported,
           BuildSupported,
-          CheckSupported};
+          CheckSupported,
+          LocateSupported};
 }
 
 }  // namespace tether::constraints

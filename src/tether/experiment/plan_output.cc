@@ -70,7 +70,8 @@ Value WritePlanReport(const planning::PlanReport& report, const std::string& sce
     plan.Set("optimize_s", candidate.optimize_s)
         .Set("evaluations", candidate.evaluations)
         .Set("found", i + 1);
-    plan.Set("reason", candidate.reason).Set("steps", steps);
+    plan.Set("bound", candidate.bound).Set("reason", candidate.reason).Set("blocking", candidate.blocking);
+    plan.Set("steps", steps);
     plans.Append(plan);
   }
   Value value = OutputHeader("tether.plan_report/1", seed);

@@ -82,4 +82,29 @@ math::Pose FrameTree::PoseAt(const std::string& frame, int step,
   return X_WF;
 }
 
+void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables,
+                        std::vector<math::Pose>& X_W) const {
+  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
+  X_W.assign(nodes.size(), math::Pose());
+  std::vector<char> done(nodes.size(), 0);
+  std::vector<size_t> waiting;
+  for (size_t start = 0; start < nodes.size(); ++start) {
+    // Up to a frame that is known, and back down.
+    for (size_t i = start; done[i] == 0; i = static_cast<size_t>(nodes[i].parent)) {
+      waiting.push_back(i);
+      if (nodes[i].parent < 0) break;
+    }
+    for (; !waiting.empty(); waiting.pop_back()) {
+      const size_t i = waiting.back();
+      const Node& node = nodes[i];
+      if (node.parent >= 0) {
+        const math::Pose& X =
+            node.link.variable < 0 ? node.link.X : variables[static_cast<size_t>(node.link.variable)];
+        X_W[i] = X_W[static_cast<size_t>(node.parent)] * X;
+      }
+      done[i] = 1;
+    }
+  }
+}
+
 }  // namespace tether::planning

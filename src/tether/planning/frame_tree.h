@@ -44,13 +44,16 @@ class FrameTree {
   /// read).
   math::Pose PoseAt(const std::string& frame, int step, const std::vector<math::Pose>& variables) const;
 
+  /// A frame's index, for the functions below.
+  int IndexOf(const std::string& frame) const { return index_.at(frame); }
+  /// Writes the poses of all frames in the world after a step, by their indices.
+  void PosesAt(int step, const std::vector<math::Pose>& variables, std::vector<math::Pose>& X_W) const;
+
  private:
   struct Node {
     int parent = -1;  // index; −1 is the world
     ChainLink link;
   };
-  int IndexOf(const std::string& frame) const { return index_.at(frame); }
-
   std::map<std::string, int> index_;
   std::vector<std::string> names_;
   std::vector<std::vector<Node>> states_;  // states_[t + 1] is the tree after step t

@@ -13,11 +13,8 @@ using constraints::kHand;
 using math::Pose;
 using nlp::Role;
 
-struct Exemption {
-  int step;
-  std::string a, b;
-  int part_a;
-};
+// A pair without a row may be nearer than its clearance by this much, m.
+constexpr double kClearanceTolerance = 1e-5;
 
 /// Turns the rows of constraints into residuals of the program.
 class ProgramSink final : public constraints::RowSink {
@@ -74,39 +71,17 @@ class ProgramSink final : public constraints::RowSink {
   int action_index_ = -1;
 };
 
-bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::string& a, int part_a,
-              const std::string& b, int part_b) {
-  for (const Exemption& e : exemptions) {
-    if (e.step != step) continue;
-    if (e.a == a && e.b == b && (e.part_a < 0 || e.part_a == part_a)) return true;
-    if (e.a == b && e.b == a && (e.part_a < 0 || e.part_a == part_b)) return true;
-  }
-  return false;
-}
-
-void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, bool tight,
-                   const std::vector<Exemption>& exemptions, KeyPoseProgram& out, ProgramSink& sink) {
-  const ProgramOptions& options = facts.problem().program;
-  for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const BoundStep& step = steps[static_cast<size_t>(t)];
-    sink.BeginStep(t, step.action);
-    const std::vector<std::string> moved = MovedSolids(facts, out.tree, step.schema.control, t);
-    for (const std::string& a : moved) {
-      for (const std::string& b : facts.solids()) {
-        if (std::find(moved.begin(), moved.end(), b) != moved.end()) continue;
-        const auto& parts_a = facts.ShapeOf(a)->parts;
-        const auto& parts_b = facts.ShapeOf(b)->parts;
-        const bool hand = tight || a == kHand || b == kHand;
-        const double clearance = hand ? options.hand_clearance : options.object_clearance;
-        for (size_t i = 0; i < parts_a.size(); ++i) {
-          for (size_t j = 0; j < parts_b.size(); ++j) {
-            if (IsExempt(exemptions, t, a, static_cast<int>(i), b, static_cast<int>(j))) continue;
-            sink.Add(Role::kInequality, "clearance(" + a + ", " + b + ")",
-                     constraints::MakePartDistance(parts_a[i], parts_b[j], clearance, -1), {{a, t}, {b, t}});
-          }
-        }
-      }
-    }
+void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                   const std::vector<ClearancePair>& pairs, ProgramSink& sink) {
+  for (const ClearancePair& pair : pairs) {
+    const std::string& a = facts.solids()[static_cast<size_t>(pair.solid_a)];
+    const std::string& b = facts.solids()[static_cast<size_t>(pair.solid_b)];
+    sink.BeginStep(pair.step, steps[static_cast<size_t>(pair.step)].action);
+    sink.Add(Role::kInequality, "clearance(" + a + ", " + b + ")",
+             constraints::MakePartDistance(facts.ShapeOf(a)->parts[static_cast<size_t>(pair.part_a)],
+                                           facts.ShapeOf(b)->parts[static_cast<size_t>(pair.part_b)],
+                                           pair.clearance, -1),
+             {{a, pair.step}, {b, pair.step}});
   }
 }
 
@@ -145,20 +120,11 @@ Pose Noise(Random& random, double scale) {
 
 }  // namespace
 
-std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
-                                     const std::string& control, int step) {
-  std::vector<std::string> moved;
-  for (const std::string& solid : facts.solids()) {
-    if (solid == kHand || tree.HangsOn(solid, control, step)) moved.push_back(solid);
-  }
-  return moved;
-}
-
 KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1};
+  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}};
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions);
 
@@ -200,9 +166,19 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   }
   const int num_steps = static_cast<int>(steps.size());
   AddReach(problem, num_steps, steps, sink);
-  AddClearances(facts, steps, start.tight, exemptions, out, sink);
+  out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
+  AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);
   AddCosts(problem, num_steps, sink);
   return out;
+}
+
+bool AddMissingClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                          const std::vector<Pose>& poses, double near, KeyPoseProgram& key_poses) {
+  if (!key_poses.clearances->AnyViolated(key_poses.tree, poses, kClearanceTolerance)) return false;
+  std::vector<Exemption> exemptions;
+  ProgramSink sink(key_poses, exemptions);
+  AddClearances(facts, steps, key_poses.clearances->TakeNear(key_poses.tree, poses, near), sink);
+  return true;
 }
 
 }  // namespace tether::planning

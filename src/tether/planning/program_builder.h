@@ -1,11 +1,14 @@
 #pragma once
 
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tether/common/random.h"
 #include "tether/nlp/program.h"
+#include "tether/planning/clearances.h"
 #include "tether/planning/skeleton_binding.h"
 #include "tether/planning/step_context.h"
 
@@ -20,6 +23,7 @@ struct KeyPoseProgram {
   std::vector<std::string> refutations;  ///< Why no pose can do; empty unless proved impossible.
   /// The first action that is impossible after those before it, whatever the variant; −1: none.
   int refuted_action = -1;
+  std::optional<Clearances> clearances;  ///< Of the program; none if it was refuted.
 };
 
 /// Which way to take at each choice, by its key; the best one where a key is missing.
@@ -30,6 +34,8 @@ struct ProgramStart {
   double noise = 0;    ///< Random displacement of the guess: 1 is about 12 cm and 0.2 rad.
   bool tight = false;  ///< Carried objects need to keep only the hand's clearance.
   Random random{0};    ///< What the displacement is drawn from.
+  /// Pairs of parts that are further apart than their clearance by this much at the guess get no row, m.
+  double near = std::numeric_limits<double>::infinity();
 };
 
 /// Builds paper A's program (3)–(5) for a bound skeleton: variables are the poses of each step's control
@@ -38,8 +44,9 @@ struct ProgramStart {
 KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                             const Variant& variant = {}, const ProgramStart& start = {});
 
-/// What moves at a step: the control frame, everything that hangs on it, and the hand.
-std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
-                                     const std::string& control, int step);
+/// If a pair without a row is nearer than its clearance at `poses`, adds rows for all pairs that are within
+/// `near` of theirs, and returns true.
+bool AddMissingClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                          const std::vector<math::Pose>& poses, double near, KeyPoseProgram& key_poses);
 
 }  // namespace tether::planning

@@ -27,6 +27,8 @@ struct CandidateReport {
   double optimize_s = 0;                    ///< s
   int evaluations = 0;                      ///< Of the whole program.
   std::string reason;                       ///< Why it is not feasible, in words; empty if it is.
+  double bound = 0;                         ///< No key poses cost less; 0 where it was not asked for.
+  std::vector<std::string> blocking;        ///< Where none were found: the constraints that block each other.
   std::vector<nlp::IterationRecord> trace;  ///< Per iteration, if it was asked for.
 
   bool feasible() const { return status == CandidateStatus::kFeasible; }

@@ -48,7 +48,10 @@ std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limi
 
 /// Explores far enough for skeletons of the next length, or says why that can't be.
 std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) {
-  const int most = options_.max_actions > 0 ? options_.max_actions : StateGraph::kFar;
+  int most = StateGraph::kFar;
+  for (const int limit : {options_.max_actions, limits.max_actions}) {
+    if (limit > 0) most = std::min(most, limit);
+  }
   while (true) {
     if (graph_.frontier() == 0 && !graph_.has_goal()) return NothingLeft();
     if (next_length_ == StateGraph::kFar) return NothingLeft();

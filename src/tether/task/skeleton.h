@@ -36,6 +36,7 @@ struct SkeletonOptions {
 struct SearchLimits {
   std::stop_token stop;
   std::optional<std::chrono::steady_clock::time_point> deadline;
+  int max_actions = 0;  ///< Nothing longer for now, in addition to SkeletonOptions::max_actions; 0: no limit.
 };
 
 enum class SearchStatus {
