@@ -53,8 +53,10 @@ class Context {
   /// Picks among the ways for the choice called `key`; the same key gives the same answer within one program.
   /// `options` must not be empty.
   virtual int Choose(const std::string& key, const std::vector<Option>& options) const = 0;
-  /// What was worked out before for this problem.
+  /// What was worked out before for this problem: follows from shapes and parameters alone.
   virtual const Memo& memo() const = 0;
+  /// What was worked out before for this program: follows from poses before the present step as well.
+  virtual const Memo& program_memo() const = 0;
 };
 
 /// Takes the rows that a constraint adds to a program.

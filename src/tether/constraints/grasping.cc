@@ -5,6 +5,7 @@
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
+#include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/query.h"
 #include "tether/geometry/support.h"
@@ -96,6 +97,7 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
     for (const scene::Object& other : context.scene().objects) {
       if (other.name == object) continue;
       const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+      if (geometry::DistanceLowerBound(*hand, X_WH, other.shape, X_WOther) >= clearance) continue;
       clearance = std::min(clearance, geometry::SignedDistance(*hand, X_WH, other.shape, X_WOther).distance);
     }
     score += kFingerClearance - clearance;
@@ -222,12 +224,14 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
 }
 
 std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object) {
-  const std::vector<Grasp> grasps = FindGrasps(context, object);
-  if (grasps.empty()) return std::nullopt;
+  const std::string key = "grasp(" + object + ")@" + std::to_string(context.step());
+  const auto grasps = context.program_memo().Get<std::vector<Grasp>>(key, [&] {
+    return FindGrasps(context, object);
+  });
+  if (grasps->empty()) return std::nullopt;
   std::vector<Option> options;
-  for (const Grasp& grasp : grasps) options.push_back({grasp.label, grasp.score});
-  const int chosen = context.Choose("grasp(" + object + ")@" + std::to_string(context.step()), options);
-  return grasps[static_cast<size_t>(chosen)];
+  for (const Grasp& grasp : *grasps) options.push_back({grasp.label, grasp.score});
+  return (*grasps)[static_cast<size_t>(context.Choose(key, options))];
 }
 
 int GraspedPart(const Context& context, const std::string& object) {

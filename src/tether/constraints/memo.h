@@ -8,8 +8,7 @@
 
 namespace tether::constraints {
 
-/// What constraints work out once per problem and all its programs share: things that follow from shapes and
-/// parameters alone, never from poses. Safe to use from many threads.
+/// What constraints work out once and ask for again. Safe to use from many threads.
 class Memo {
  public:
   /// The value kept under `key`, made by `make()` the first time. A key always stands for the same T and the

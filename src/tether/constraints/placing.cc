@@ -5,6 +5,7 @@
 
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
+#include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/support.h"
 
@@ -173,6 +174,7 @@ double RoomAround(const Context& context, const std::string& object, const std::
   for (const scene::Object& other : context.scene().objects) {
     if (other.name == object || other.name == by) continue;
     const Pose X_WOther = context.PoseAt({other.name, before});
+    if (geometry::DistanceLowerBound(*context.ShapeOf(object), X_WA, other.shape, X_WOther) >= room) continue;
     room = std::min(room,
                     geometry::SignedDistance(*context.ShapeOf(object), X_WA, other.shape, X_WOther).distance);
   }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "tether/common/log.h"
@@ -73,8 +74,8 @@ class CandidateRun {
 
   /// After Run(): so many first actions are proved impossible; 0: none.
   size_t refuted_actions() const { return refuted_actions_; }
-  /// What the best result violates, largest first.
-  const std::vector<CheckFinding>& findings() const { return findings_; }
+  /// After Run(), where nothing was accepted: the steps whose constraints block each other.
+  const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
  private:
   bool feasible() const { return least_violation_ == 0.0; }
@@ -145,23 +146,29 @@ class CandidateRun {
       report_.reason = check.Worst();
       report_.trace = result.trace;
       report_.blocking.clear();
+      blocking_steps_.clear();
       if (!accepted) NameBlocking(program, result, check);
-      findings_ = std::move(check.findings);
     }
     return accepted;
   }
 
-  /// What can't hold together: in the solver's words, or else what the checker finds.
+  /// What can't hold together: by the solver, and by the checker.
   void NameBlocking(const nlp::Program& program, const nlp::Result& result, const CheckResult& check) {
-    const auto name = [&](std::string text) {
+    const auto name = [&](int step, const std::string& text) {
+      blocking_steps_.insert(step);
       std::vector<std::string>& all = report_.blocking;
       if (all.size() < kMostBlocking && std::find(all.begin(), all.end(), text) == all.end())
-        all.push_back(std::move(text));
+        all.push_back(text);
     };
-    for (const int term : result.blocking_terms)
-      name(program.terms()[static_cast<size_t>(term)].residual->name());
-    if (!report_.blocking.empty()) return;
-    for (const CheckFinding& finding : check.findings) name(finding.action + ": " + finding.label);
+    for (const int term : result.blocking_terms) {
+      const nlp::Residual& residual = *program.terms()[static_cast<size_t>(term)].residual;
+      name(residual.step(), residual.name());
+    }
+    for (const CheckFinding& finding : check.findings) {
+      const ProgramOptions& options = problem_.program;
+      if (finding.amount > (finding.unit == nlp::Unit::kRadian ? options.feasible_rad : options.feasible_m))
+        name(finding.step, finding.action + ": " + finding.label);
+    }
   }
 
   void Conclude() {
@@ -193,31 +200,30 @@ class CandidateRun {
   std::optional<double> least_violation_;  // 0: feasible
   double turn_share_ = 0;
   std::vector<std::string> refutations_;
-  std::vector<CheckFinding> findings_;
+  std::set<int> blocking_steps_;
   bool all_refuted_ = true;
   size_t refuted_actions_ = 0;
 };
 
-/// Which first actions of a candidate that was given up fail already: those up to the last one that the best
-/// result violates, if they fail by themselves too.
+/// How many first actions of a candidate that was given up fail already: those up to one that takes part in
+/// what blocks it, if they fail by themselves too; else all.
 size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string>& actions,
                           const std::vector<BoundStep>& steps, const CandidateRun& run, int index,
                           const Limits& limits) {
-  const ProgramOptions& options = facts.problem().program;
-  size_t last = 0;
-  for (const CheckFinding& finding : run.findings()) {
-    const double tolerance = finding.unit == nlp::Unit::kRadian ? options.feasible_rad : options.feasible_m;
-    if (finding.amount > tolerance)
-      last = std::max(last, static_cast<size_t>(steps[static_cast<size_t>(finding.step)].action_index) + 1);
+  std::set<size_t> ends;
+  for (const int step : run.blocking_steps())
+    ends.insert(static_cast<size_t>(steps[static_cast<size_t>(step)].action_index) + 1);
+  for (const size_t end : ends) {
+    if (end == actions.size() || limits.Over()) break;
+    std::vector<BoundStep> first_steps;
+    for (const BoundStep& step : steps) {
+      if (step.action_index < static_cast<int>(end)) first_steps.push_back(step);
+    }
+    CandidateRun first(facts, {actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(end)},
+                       std::move(first_steps), index, limits);
+    if (!first.Run().feasible() && !limits.Over()) return end;
   }
-  if (last == 0 || last == actions.size()) return last;
-  std::vector<BoundStep> first_steps;
-  for (const BoundStep& step : steps) {
-    if (step.action_index < static_cast<int>(last)) first_steps.push_back(step);
-  }
-  CandidateRun first(facts, {actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(last)},
-                     std::move(first_steps), index, limits);
-  return first.Run().feasible() || limits.Over() ? 0 : last;
+  return limits.Over() ? 0 : actions.size();
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/program_builder.h"
 
@@ -96,6 +97,7 @@ CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
   }
 
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
+  const constraints::Memo memo;
   Pose X_WHand_before = problem.robot.X_WHand;
   const auto add_cost = [&](const Pose& X_WHand) {
     const double angle = math::AngleBetween(X_WHand_before.R, X_WHand.R);
@@ -108,7 +110,7 @@ CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     collector.BeginStep(t, step.action);
-    const StepContext context(facts, tree, poses, t, step.schema.control, step.schema.target, choose);
+    const StepContext context(facts, memo, tree, poses, t, step.schema.control, step.schema.target, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       if (constraint.kind->check) constraint.kind->check(context, constraint.parameters, collector);
     }
@@ -116,8 +118,10 @@ CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
     for (const std::string& a : moved) {
       for (const std::string& b : facts.solids()) {
         if (std::find(moved.begin(), moved.end(), b) != moved.end() || Allowed(step.schema, a, b)) continue;
-        const geometry::Distance distance = geometry::SignedDistance(
-            *facts.ShapeOf(a), tree.PoseAt(a, t, poses), *facts.ShapeOf(b), tree.PoseAt(b, t, poses));
+        const Pose X_WA = tree.PoseAt(a, t, poses), X_WB = tree.PoseAt(b, t, poses);
+        const geometry::Shape &shape_a = *facts.ShapeOf(a), &shape_b = *facts.ShapeOf(b);
+        if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
+        const geometry::Distance distance = geometry::SignedDistance(shape_a, X_WA, shape_b, X_WB);
         collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance);
       }
     }

@@ -105,6 +105,7 @@ double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& ste
   const Problem& problem = facts.problem();
   FrameTree tree(problem.scene, problem.robot.X_WHand);
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
+  const constraints::Memo memo;
   const std::vector<math::Pose> poses(steps.size());  // Not read: bounds don't depend on poses.
   std::vector<std::optional<Ball>> located;
   std::vector<Ball> balls{{problem.robot.X_WHand.p, 0}};
@@ -121,7 +122,7 @@ double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& ste
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     if (!tree.AddStep(step.schema.control, step.schema.target)) return 0;
-    const StepContext context(facts, tree, poses, t, step.schema.control, step.schema.target, choose);
+    const StepContext context(facts, memo, tree, poses, t, step.schema.control, step.schema.target, choose);
     located.push_back(Locate(context, step));
     if (const std::optional<Ball> ball = HandAt(tree, t, located)) add(*ball, t);
   }

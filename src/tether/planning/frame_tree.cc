@@ -1,7 +1,7 @@
 #include "tether/planning/frame_tree.h"
 
+#include <algorithm>
 #include <cassert>
-#include <ranges>
 
 #include "tether/constraints/context.h"
 
@@ -55,20 +55,26 @@ bool FrameTree::HangsOn(const std::string& frame, const std::string& ancestor, i
   return false;
 }
 
-Chain FrameTree::ChainTo(const std::string& frame, int step) const {
+const Chain& FrameTree::ChainTo(const std::string& frame, int step) const {
+  chains_.resize(states_.size());
+  std::vector<Chain>& chains = chains_[static_cast<size_t>(step + 1)];
   const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
-  Chain upward;
-  for (int i = IndexOf(frame); i > 0; i = nodes[static_cast<size_t>(i)].parent) {
-    upward.push_back(nodes[static_cast<size_t>(i)].link);
-  }
-  Chain chain;
-  for (const ChainLink& link : std::views::reverse(upward)) {
+  chains.resize(nodes.size());
+  const int index = IndexOf(frame);
+  Chain& chain = chains[static_cast<size_t>(index)];
+  if (!chain.empty()) return chain;
+  int count = 0;
+  for (int i = index; i > 0; i = nodes[static_cast<size_t>(i)].parent) ++count;
+  chain.reserve(static_cast<size_t>(count));
+  for (int i = index; i > 0; i = nodes[static_cast<size_t>(i)].parent) {
+    const ChainLink& link = nodes[static_cast<size_t>(i)].link;
     if (link.variable < 0 && !chain.empty() && chain.back().variable < 0) {
-      chain.back().X = chain.back().X * link.X;
+      chain.back().X = link.X * chain.back().X;
     } else {
       chain.push_back(link);
     }
   }
+  std::reverse(chain.begin(), chain.end());
   return chain;
 }
 

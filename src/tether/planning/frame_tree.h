@@ -37,8 +37,9 @@ class FrameTree {
   /// `ancestor` is the frame itself or hangs below it nowhere: true if `frame` hangs on `ancestor`, directly
   /// or not.
   bool HangsOn(const std::string& frame, const std::string& ancestor, int step) const;
-  /// Links from the world to the frame after a step; neighbouring constants are merged.
-  Chain ChainTo(const std::string& frame, int step) const;
+  /// Links from the world to the frame after a step; neighbouring constants are merged. Kept for the next
+  /// time, so not to be called from several threads at once.
+  const Chain& ChainTo(const std::string& frame, int step) const;
 
   /// Pose in the world after a step, for given values of the steps' variables (those beyond `step` are not
   /// read).
@@ -57,6 +58,7 @@ class FrameTree {
   std::map<std::string, int> index_;
   std::vector<std::string> names_;
   std::vector<std::vector<Node>> states_;  // states_[t + 1] is the tree after step t
+  mutable std::vector<std::vector<Chain>> chains_;  // of states_, by frames; empty: not asked for yet
 };
 
 }  // namespace tether::planning

@@ -139,6 +139,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     return chosen;
   };
 
+  const constraints::Memo memo;
   std::vector<Pose>& poses = out.guess.poses;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
@@ -153,7 +154,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);
     poses.push_back(start.noise > 0 ? X_TC * Noise(random, start.noise) : X_TC);
-    const StepContext context(facts, out.tree, poses, t, control, target, choose);
+    const StepContext context(facts, memo, out.tree, poses, t, control, target, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       Pose guess = poses.back();
       if (constraint.kind->guess) constraint.kind->guess(context, constraint.parameters, guess);

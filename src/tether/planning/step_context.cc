@@ -55,9 +55,11 @@ const geometry::Shape* SceneFacts::ShapeOf(const std::string& frame) const {
   return object != nullptr ? &object->shape : nullptr;
 }
 
-StepContext::StepContext(const SceneFacts& facts, const FrameTree& tree, const std::vector<math::Pose>& poses,
-                         int step, std::string control, std::string target, Chooser chooser)
+StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& program_memo,
+                         const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
+                         std::string control, std::string target, Chooser chooser)
     : facts_(facts),
+      program_memo_(program_memo),
       tree_(tree),
       poses_(poses),
       step_(step),

@@ -44,8 +44,9 @@ class StepContext final : public constraints::Context {
  public:
   using Chooser = std::function<int(const std::string& key, const std::vector<constraints::Option>& options)>;
 
-  StepContext(const SceneFacts& facts, const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
-              std::string control, std::string target, Chooser chooser);
+  StepContext(const SceneFacts& facts, const constraints::Memo& program_memo, const FrameTree& tree,
+              const std::vector<math::Pose>& poses, int step, std::string control, std::string target,
+              Chooser chooser);
 
   int step() const override { return step_; }
   const std::string& control() const override { return control_; }
@@ -62,9 +63,11 @@ class StepContext final : public constraints::Context {
     return chooser_(key, options);
   }
   const constraints::Memo& memo() const override { return facts_.memo(); }
+  const constraints::Memo& program_memo() const override { return program_memo_; }
 
  private:
   const SceneFacts& facts_;
+  const constraints::Memo& program_memo_;
   const FrameTree& tree_;
   const std::vector<math::Pose>& poses_;
   int step_;
