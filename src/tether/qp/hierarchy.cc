@@ -10,6 +10,8 @@ namespace {
 
 /// Rows of a proof with at least this part of the largest weight must give all of the level's violation.
 constexpr double kFreezeWeight = 1e-7;
+/// A conflict by less than this part of its terms is rounding, of rows that meet at their exact violations.
+constexpr double kRounding = 1e-11;
 
 }  // namespace
 
@@ -51,7 +53,7 @@ Status HierarchySolver::Solve(const Problem& problem, std::span<const int> level
   int level = INT_MAX;
   bool hard = true;
   for (const RowWeight& row : solver_.conflict()) {
-    if (row.kind == RowKind::kInequality && levels[static_cast<size_t>(row.index)] > 0) hard = false;
+    if (IsSoft(row)) hard = false;
   }
   if (hard) return status_;
   for (int i = 0; i < problem.padded_rows(); ++i) {
@@ -75,8 +77,24 @@ Status HierarchySolver::Solve(const Problem& problem, std::span<const int> level
     }
     level = next;
   }
-  for (const double v : violations_) num_relaxed_ += v > 0;
   return status_;
+}
+
+double HierarchySolver::SideOf(const RowWeight& row) const {
+  const bool low = row.weight > 0;
+  switch (row.kind) {
+    case RowKind::kEquality:
+      return problem_->e()[row.index];
+    case RowKind::kInequality:
+      return (low ? lower_ : upper_)[row.index];
+    case RowKind::kBound:
+      break;
+  }
+  return (low ? problem_->x_lower() : problem_->x_upper())[row.index];
+}
+
+bool HierarchySolver::IsSoft(const RowWeight& row) const {
+  return row.kind == RowKind::kInequality && levels_[static_cast<size_t>(row.index)] > 0;
 }
 
 Status HierarchySolver::MinimizeLevel(int level) {
@@ -114,6 +132,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       for (const RowWeight& row : proof) {
         if (is_free(row) && std::abs(row.weight) >= kFreezeWeight * largest) {
           state_[static_cast<size_t>(row.index)] = Row::kFrozen;
+          ++num_relaxed_;
         }
       }
       v = 0;
@@ -122,18 +141,28 @@ Status HierarchySolver::MinimizeLevel(int level) {
     }
     if (status != Status::kInfeasible) return status;
     proof = solver_.conflict();
-    double gap = 0, sum = 0;
+    double gap = 0, terms = 0, free = 0, soft = 0;
     for (const RowWeight& row : proof) {
-      if (is_free(row)) sum += std::abs(row.weight);
-      const bool low = row.weight > 0;
-      const double side = row.kind == RowKind::kEquality ? problem_->e()[row.index]
-                          : row.kind == RowKind::kBound
-                              ? (low ? problem_->x_lower() : problem_->x_upper())[row.index]
-                              : (low ? lower_ : upper_)[row.index];
-      gap += row.weight * side;
+      const double side = row.weight * SideOf(row);
+      gap += side;
+      terms += std::abs(side);
+      if (is_free(row)) free += std::abs(row.weight);
+      if (IsSoft(row)) soft += std::abs(row.weight);
     }
-    if (!(sum > 0)) return status;
-    v += gap / sum;
+    if (!(soft > 0)) return status;
+    if (gap <= kRounding * terms) {
+      // All of them give a little, those of earlier levels too.
+      const double slack = (2 * std::max(gap, 0.0) + 1e-14 * terms) / soft;
+      for (const RowWeight& row : proof) {
+        if (!IsSoft(row) || is_free(row)) continue;
+        violations_[static_cast<size_t>(row.index)] += slack;
+        SetSides(row.index);
+      }
+      if (free > 0) v += slack;
+    } else {
+      if (!(free > 0)) return status;
+      v += gap / free;
+    }
     set_free(v);
   }
   return Status::kIterationLimit;

@@ -17,7 +17,8 @@ namespace tether::qp {
 ///
 /// The minimal violation is exact, not a penalty: if the rows conflict at violation t, Farkas' lemma gives
 /// weights y ≥ 0 that force Σ y_i v_i ≥ gap, thus a larger t ≥ gap / Σ y_i; the t at which no conflict is
-/// left is both possible and necessary. Without conflict this costs what Solver costs. Does not allocate.
+/// left is both possible and necessary. Exact means up to rounding,
+/// 1e-11 of a row's terms at most. Without conflict this costs what Solver costs. Does not allocate.
 class HierarchySolver {
  public:
   HierarchySolver(int max_variables, int max_equalities, int max_inequalities,
@@ -44,6 +45,8 @@ class HierarchySolver {
   Status Relaxed(Start start);
   Status MinimizeLevel(int level);
   void SetSides(int row);
+  double SideOf(const RowWeight& row) const;
+  bool IsSoft(const RowWeight& row) const;
 
   Solver solver_;
   const Problem* problem_ = nullptr;
