@@ -14,8 +14,8 @@
 namespace tether::qp::TETHER_QP_KERNEL {
 
 inline constexpr int kLanes = TETHER_QP_LANES;
-// NOLINTNEXTLINE(modernize-use-using): the attribute needs it.
-typedef double Native __attribute__((vector_size(8 * TETHER_QP_LANES), may_alias));
+// A vector may alias the doubles that it consists of. NOLINTNEXTLINE(modernize-use-using)
+typedef double Native __attribute__((vector_size(8 * TETHER_QP_LANES)));
 
 /// body(i) for i from `first` to before N, or before n where N is zero; unrolled where N is known.
 template <int N, class Body>
