@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <set>
 
 namespace tether::nlp {
 namespace {
@@ -37,29 +38,27 @@ void SolveFromRight(const Block& L, Block& A) {
 
 std::vector<int> EliminationPositions(int count, const std::vector<std::pair<int, int>>& edges) {
   const auto n = static_cast<size_t>(count);
-  std::vector<std::vector<char>> joined(n, std::vector<char>(n, 0));
-  std::vector<int> degree(n, 0), positions(n, -1);
-  const auto join = [&](size_t i, size_t j) {
-    if (i == j || joined[i][j] != 0) return;
-    joined[i][j] = joined[j][i] = 1;
-    ++degree[i];
-    ++degree[j];
-  };
-  for (const auto& [i, j] : edges) join(static_cast<size_t>(i), static_cast<size_t>(j));
-  std::vector<size_t> neighbours;
+  std::vector<std::set<int>> neighbours(n);
+  for (const auto& [i, j] : edges) {
+    if (i == j) continue;
+    neighbours[static_cast<size_t>(i)].insert(j);
+    neighbours[static_cast<size_t>(j)].insert(i);
+  }
+  std::set<std::pair<size_t, int>> by_degree;
+  for (int k = 0; k < count; ++k) by_degree.emplace(neighbours[static_cast<size_t>(k)].size(), k);
+  std::vector<int> positions(n, -1);
   for (int position = 0; position < count; ++position) {
-    size_t best = n;
-    for (size_t i = 0; i < n; ++i) {
-      if (positions[i] < 0 && (best == n || degree[i] < degree[best])) best = i;
-    }
-    positions[best] = position;
-    neighbours.clear();
-    for (size_t i = 0; i < n; ++i) {
-      if (positions[i] < 0 && joined[best][i] != 0) neighbours.push_back(i);
-    }
-    for (size_t i : neighbours) {
-      --degree[i];
-      for (size_t j : neighbours) join(i, j);
+    const int best = by_degree.begin()->second;
+    by_degree.erase(by_degree.begin());
+    positions[static_cast<size_t>(best)] = position;
+    const std::set<int> joined = std::move(neighbours[static_cast<size_t>(best)]);
+    for (const int i : joined) {
+      std::set<int>& others = neighbours[static_cast<size_t>(i)];
+      by_degree.erase({others.size(), i});
+      others.erase(best);
+      others.insert(joined.begin(), joined.end());
+      others.erase(i);
+      by_degree.emplace(others.size(), i);
     }
   }
   return positions;

@@ -3,30 +3,49 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/nlp/backends.h"
+
 namespace tether::nlp {
 namespace {
 
-constexpr int kMaxIterations = 40;
 // Rows with less weight than this next to curvatures of about one are far from active.
 constexpr double kNegligibleWeight = 1e-9;
-constexpr double kRowRegularisation = 1e-11;
+// Inequalities within so many changes of the last step take part from the beginning; m, rad.
+constexpr double kReachPerChange = 2;
+constexpr double kLeastReach = 0.002;
+constexpr double kFirstChange = 0.25;
+constexpr double kRoughPerPenalty = 1e-6;
 // A row has to come out this much above its prediction to be worth a cut, m or rad.
 constexpr double kLeastExcess = 1e-9;
 
+constexpr char kWithinRow = 1;
+constexpr char kUnknownRow = 2;
+// A row of a warm start that pushes less is not taken for active.
+constexpr double kLeastMultiplier = 1e-8;
+
 }  // namespace
 
-ElasticQp::ElasticQp(ManifoldView& view) : view_(view) {
-  const int n = view.num_coordinates(), m = view.num_rows() + kMostCuts;
-  for (Eigen::VectorXd* v : {&d_, &dd_, &Hd_, &dual_}) v->setZero(n);
-  for (Eigen::VectorXd* v : {&y_, &lo_, &hi_, &a_, &b_, &u_, &l_, &dy_, &da_, &db_, &Jd_, &Jdd_, &primal_,
-                             &weight_, &gram_weight_, &target_a_, &target_b_, &rhs_row_, &c_}) {
+ElasticQp::ElasticQp(ManifoldView& view) : view_(view), largest_change_(kFirstChange) {
+  const int n = view_.num_coordinates(), m = view_.num_rows() + kMostCuts;
+  for (Eigen::VectorXd* v : {&d_, &dd_, &Hd_, &slope_, &Hstep_, &interior_d_}) v->setZero(n);
+  for (Eigen::VectorXd* v :
+       {&c_, &y_, &lo_, &hi_, &z_,  &shifted_, &Jstep_, &weight_, &multiplier_, &interior_y_, &interior_z_,
+        &a_, &b_, &u_,  &l_,  &dy_, &da_,      &db_,    &primal_, &target_a_,   &target_b_,   &wanted_}) {
     v->setZero(m);
   }
-  for (const ManifoldView::Group& group : view.groups())
+  const auto rows = static_cast<size_t>(m);
+  group_of_.assign(rows, nullptr);
+  for (const ManifoldView::Group& group : view.groups()) {
+    std::fill_n(group_of_.begin() + group.first_row, group.rows, &group);
     widest_ = std::max(widest_, static_cast<size_t>(group.columns()));
-  gram_.resize(widest_ * widest_);
-  column_.resize(widest_);
+  }
   cut_jacobians_.resize(widest_ * cuts_.size());
+  near_.reserve(rows);
+  gram_rows_.reserve(rows);
+  gram_weights_.reserve(rows);
+  is_near_.assign(rows, 0);
+  active_.assign(rows, kUnknownRow);
+  factored_.assign(rows, 0);
 }
 
 void ElasticQp::Multiply(const ManifoldView::Values& values, const Eigen::VectorXd& d,
@@ -44,33 +63,6 @@ void ElasticQp::Multiply(const ManifoldView::Values& values, const Eigen::Vector
   }
 }
 
-void ElasticQp::AddTransposed(const ManifoldView::Values& values, const Eigen::VectorXd& y,
-                              Eigen::VectorXd& out) {
-  for (const ManifoldView::Group& group : view_.groups()) {
-    const int n = group.columns();
-    const double* row = values.jacobian.data() + group.first_value;
-    std::fill_n(column_.begin(), static_cast<size_t>(n), 0.0);
-    for (int k = 0; k < group.rows; ++k, row += n) {
-      const double factor = y[group.first_row + k];
-      if (factor == 0) continue;
-      for (int i = 0; i < n; i += 6) {
-        Eigen::Map<math::Vector6d>(column_.data() + i) += factor * Eigen::Map<const math::Vector6d>(row + i);
-      }
-    }
-    for (size_t p = 0; p < group.nodes.size(); ++p)
-      out.segment<6>(6 * group.nodes[p]) += Eigen::Map<const math::Vector6d>(column_.data() + 6 * p);
-  }
-  for (size_t k = 0; k < cuts_.size(); ++k) {
-    if (cuts_[k].group == nullptr) continue;
-    const double factor = y[view_.num_rows() + static_cast<int>(k)];
-    const double* row = cut_jacobians_.data() + k * widest_;
-    for (const int node : cuts_[k].group->nodes) {
-      out.segment<6>(6 * node) += factor * Eigen::Map<const math::Vector6d>(row);
-      row += 6;
-    }
-  }
-}
-
 double ElasticQp::Along(size_t cut, const Eigen::VectorXd& d) const {
   const double* row = cut_jacobians_.data() + cut * widest_;
   double sum = 0;
@@ -79,13 +71,6 @@ double ElasticQp::Along(size_t cut, const Eigen::VectorXd& d) const {
     row += 6;
   }
   return sum;
-}
-
-void ElasticQp::MultiplyAll(const ManifoldView::Values& values, const Eigen::VectorXd& d,
-                            Eigen::VectorXd& Jd) const {
-  Multiply(values, d, Jd);
-  for (size_t k = 0; k < cuts_.size(); ++k)
-    Jd[view_.num_rows() + static_cast<int>(k)] = cuts_[k].group == nullptr ? 0 : Along(k, d);
 }
 
 int ElasticQp::AddCuts(const ManifoldView::Values& there, const Eigen::VectorXd& d,
@@ -109,6 +94,8 @@ int ElasticQp::AddCuts(const ManifoldView::Values& there, const Eigen::VectorXd&
       cut = {&group, row, 0, 0};
       cut.value = there.rows[row] - Along(next_cut_, d);
       y_[view_.num_rows() + static_cast<int>(next_cut_)] = 0;
+      active_[static_cast<size_t>(view_.num_rows()) + next_cut_] = kUnknownRow;
+      factored_revision_ = -1;
       next_cut_ = (next_cut_ + 1) % cuts_.size();
       ++added;
     }
@@ -164,7 +151,80 @@ void ElasticQp::MultiplyCurvature(const ManifoldView::Values& values, const Eige
   }
 }
 
+const double* ElasticQp::RowOf(const ManifoldView::Values& values, int row) const {
+  if (row >= view_.num_rows())
+    return cut_jacobians_.data() + static_cast<size_t>(row - view_.num_rows()) * widest_;
+  const ManifoldView::Group& group = *group_of_[static_cast<size_t>(row)];
+  return values.jacobian.data() + group.first_value +
+         static_cast<size_t>((row - group.first_row) * group.columns());
+}
+
+double ElasticQp::DotRow(const ManifoldView::Values& values, int row, const Eigen::VectorXd& d) const {
+  const double* g = RowOf(values, row);
+  double sum = 0;
+  for (const int node : group_of_[static_cast<size_t>(row)]->nodes) {
+    sum += Eigen::Map<const math::Vector6d>(g).dot(d.segment<6>(6 * node));
+    g += 6;
+  }
+  return sum;
+}
+
+void ElasticQp::AddRow(const ManifoldView::Values& values, int row, double factor,
+                       Eigen::VectorXd& out) const {
+  const double* g = RowOf(values, row);
+  for (const int node : group_of_[static_cast<size_t>(row)]->nodes) {
+    out.segment<6>(6 * node) += factor * Eigen::Map<const math::Vector6d>(g);
+    g += 6;
+  }
+}
+
+void ElasticQp::SetRows(const Eigen::VectorXd& c, double nu) {
+  const int m = view_.num_rows();
+  c_.head(m) = c;
+  hi_.setConstant(nu);
+  for (int i = 0; i < m; ++i) lo_[i] = view_.is_equality(i) ? -nu : 0;
+  for (size_t k = 0; k < cuts_.size(); ++k) {
+    const int row = m + static_cast<int>(k);
+    group_of_[static_cast<size_t>(row)] = cuts_[k].group;
+    c_[row] = cuts_[k].value;
+    lo_[row] = 0;
+    if (cuts_[k].group == nullptr) y_[row] = 0;
+  }
+}
+
+void ElasticQp::ChooseNearRows() {
+  near_.clear();
+  const double reach = std::clamp(kReachPerChange * largest_change_, kLeastReach, kFirstChange);
+  for (int i = 0; i < static_cast<int>(c_.size()); ++i) {
+    const auto k = static_cast<size_t>(i);
+    y_[i] = std::clamp(y_[i], lo_[i], hi_[i]);
+    is_near_[k] = group_of_[k] != nullptr && (lo_[i] < 0 || c_[i] > -reach || y_[i] > 0) ? 1 : 0;
+    if (is_near_[k] != 0) near_.push_back(i);
+  }
+}
+
+bool ElasticQp::AddViolatedRows(const ManifoldView::Values& values) {
+  const size_t before = near_.size();
+  for (int i = 0; i < static_cast<int>(c_.size()); ++i) {
+    const auto k = static_cast<size_t>(i);
+    if (is_near_[k] != 0 || group_of_[k] == nullptr || c_[i] + DotRow(values, i, d_) <= 0) continue;
+    is_near_[k] = 1;
+    near_.push_back(i);
+  }
+  if (near_.size() == before) return false;
+  std::sort(near_.begin(), near_.end());
+  return true;
+}
+
 void ElasticQp::Factorize(const ManifoldView::Values& values, double lambda) {
+  ++factorizations_;
+  factored_revision_ = -1;
+  Assemble(values, lambda);
+  view_.factor().Factorize();
+}
+
+void ElasticQp::Assemble(const ManifoldView::Values& values, double lambda) {
+  const Stopwatch watch(assembly_s_);
   BlockCholesky& factor = view_.factor();
   BlockCholesky::Blocks& blocks = factor.blocks();
   for (BlockCholesky::Block& block : blocks) block.setZero();
@@ -172,102 +232,46 @@ void ElasticQp::Factorize(const ManifoldView::Values& values, double lambda) {
     blocks[static_cast<size_t>(slot)] = values.curvature[static_cast<size_t>(slot)];
   for (int k = 0; k < factor.count(); ++k)
     blocks[static_cast<size_t>(factor.Slot(k, k))].diagonal().array() += lambda;
-  for (const ManifoldView::Group& group : view_.groups()) {
-    ManifoldView::AddGram(group, group.rows, values.jacobian.data() + group.first_value,
-                          gram_weight_.data() + group.first_row, gram_, blocks);
+  for (size_t k = 0; k < near_.size();) {
+    const ManifoldView::Group* group = group_of_[static_cast<size_t>(near_[k])];
+    gram_rows_.clear();
+    gram_weights_.clear();
+    for (; k < near_.size() && group_of_[static_cast<size_t>(near_[k])] == group; ++k) {
+      const double weight = weight_[static_cast<int>(k)];
+      if (weight < kNegligibleWeight) continue;
+      gram_rows_.push_back(RowOf(values, near_[k]));
+      gram_weights_.push_back(weight);
+    }
+    if (!gram_rows_.empty()) ManifoldView::AddGram(*group, gram_rows_, gram_weights_.data(), blocks);
   }
-  for (size_t k = 0; k < cuts_.size(); ++k) {
-    if (cuts_[k].group == nullptr) continue;
-    ManifoldView::AddGram(*cuts_[k].group, 1, cut_jacobians_.data() + k * widest_,
-                          gram_weight_.data() + view_.num_rows() + k, gram_, blocks);
-  }
-  factor.Factorize();
 }
 
-void ElasticQp::Direction(const ManifoldView::Values& values) {
-  // Row by row: dy = w (J dd − e), e = −r + τ_a/u − a − τ_b/l + b.
-  rhs_row_ = -primal_ - a_ + b_ + target_a_.cwiseQuotient(u_) - target_b_.cwiseQuotient(l_);
-  dd_ = -dual_;
-  dy_ = weight_.cwiseProduct(rhs_row_);
-  AddTransposed(values, dy_, dd_);
-  view_.factor().Solve(dd_);
-  MultiplyAll(values, dd_, Jdd_);
-  dy_ = weight_.cwiseProduct(Jdd_ - rhs_row_);
-  da_ = target_a_.cwiseQuotient(u_) - a_ + a_.cwiseQuotient(u_).cwiseProduct(dy_);
-  db_ = target_b_.cwiseQuotient(l_) - b_ - b_.cwiseQuotient(l_).cwiseProduct(dy_);
-}
-
-double ElasticQp::LongestStep() const {
-  double step = 1;
-  for (int i = 0; i < a_.size(); ++i) {
-    if (da_[i] < 0) step = std::min(step, -a_[i] / da_[i]);
-    if (db_[i] < 0) step = std::min(step, -b_[i] / db_[i]);
-    if (dy_[i] > 0) step = std::min(step, u_[i] / dy_[i]);
-    if (dy_[i] < 0) step = std::min(step, -l_[i] / dy_[i]);
-  }
-  return step;
+void ElasticQp::StartFrom(const Eigen::VectorXd& y) {
+  y_.head(view_.num_rows()) = y;
+  for (int i = 0; i < view_.num_rows(); ++i)
+    active_[static_cast<size_t>(i)] = view_.is_equality(i) || y[i] > kLeastMultiplier ? kWithinRow : 0;
+  guess_known_ = true;
 }
 
 bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd& c, double nu, double lambda,
                       double tolerance) {
-  const int m = static_cast<int>(c_.size());
-  d_.setZero();
-  Jd_.setZero();
-  c_.head(view_.num_rows()) = c;
-  for (size_t k = 0; k < cuts_.size(); ++k)
-    c_[view_.num_rows() + static_cast<int>(k)] = cuts_[k].group == nullptr ? -1 : cuts_[k].value;
-  for (int i = 0; i < m; ++i) {
-    lo_[i] = i < view_.num_rows() && view_.is_equality(i) ? -nu : 0;
-    hi_[i] = nu;
-    // Off the ends of its interval, and with slacks that make the products alike.
-    const double margin = std::min(0.01, 0.01 * nu);
-    y_[i] = std::clamp(y_[i], lo_[i] + margin, hi_[i] - margin);
-    const double slack = 1e-3;
-    a_[i] = std::max(c_[i], 0.0) + slack;
-    b_[i] = std::max(-c_[i], 0.0) + slack;
-  }
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    u_ = hi_ - y_;
-    l_ = y_ - lo_;
-    primal_ = c_ + Jd_ - a_ + b_;
-    MultiplyCurvature(values, d_, Hd_);
-    dual_ = values.gradient + Hd_ + lambda * d_;
-    AddTransposed(values, y_, dual_);
-    const double gap = m == 0 ? 0 : (a_.dot(u_) + b_.dot(l_)) / (2 * m);
-    const double dual_error = dual_.size() == 0 ? 0 : dual_.cwiseAbs().maxCoeff();
-    const double primal_error = m == 0 ? 0 : primal_.cwiseAbs().maxCoeff();
-    if (gap <= tolerance && primal_error <= tolerance && dual_error <= 10 * tolerance) return true;
-    ++iterations_;
-    for (int i = 0; i < m; ++i) {
-      weight_[i] = 1 / (a_[i] / u_[i] + b_[i] / l_[i] + kRowRegularisation);
-      gram_weight_[i] = weight_[i] < kNegligibleWeight ? 0 : weight_[i];
+  SetRows(c, nu);
+  ChooseNearRows();
+  bool converged = true;
+  do {
+    converged = guess_known_ && SolveByActiveSet(values, lambda, tolerance);
+    if (!converged) {
+      // The interior point only has to tell which rows are active; if it can't, it goes on to the end.
+      const double rough = std::max(tolerance, kRoughPerPenalty * nu);
+      SolveByInteriorPoint(values, lambda, rough, false);
+      converged = SolveByActiveSet(values, lambda, tolerance) ||
+                  SolveByInteriorPoint(values, lambda, tolerance, true);
     }
-    Factorize(values, lambda);
-    target_a_.setZero();
-    target_b_.setZero();
-    Direction(values);
-    double step = 1;
-    if (m > 0) {
-      step = LongestStep();
-      double affine = 0;
-      for (int i = 0; i < m; ++i) {
-        affine += (a_[i] + step * da_[i]) * (u_[i] - step * dy_[i]) +
-                  (b_[i] + step * db_[i]) * (l_[i] + step * dy_[i]);
-      }
-      const double ratio = std::clamp(affine / (2 * m * gap), 0.0, 1.0);
-      const double mu = std::max(ratio * ratio * ratio * gap, 0.1 * tolerance);
-      target_a_ = (mu + da_.array() * dy_.array()).matrix();
-      target_b_ = (mu - db_.array() * dy_.array()).matrix();
-      Direction(values);
-      step = std::min(1.0, 0.995 * LongestStep());
-    }
-    d_ += step * dd_;
-    Jd_ += step * Jdd_;
-    y_ += step * dy_;
-    a_ += step * da_;
-    b_ += step * db_;
-  }
-  return false;
+    guess_known_ = true;
+  } while (!stop_() && AddViolatedRows(values));
+  largest_change_ = 0;
+  for (const int i : near_) largest_change_ = std::max(largest_change_, std::abs(DotRow(values, i, d_)));
+  return converged;
 }
 
 }  // namespace tether::nlp

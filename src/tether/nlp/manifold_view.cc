@@ -1,6 +1,7 @@
 #include "tether/nlp/manifold_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -182,6 +183,26 @@ ManifoldView::Values ManifoldView::MakeValues() const {
   return values;
 }
 
+void ManifoldView::AddGram(const Group& group, const std::vector<const double*>& rows, const double* weights,
+                           BlockCholesky::Blocks& target) {
+  const int* slot = group.slots.data();
+  for (size_t p = 0; p < group.nodes.size(); ++p) {
+    for (size_t q = 0; q <= p; ++q, ++slot) {
+      double* block = target[static_cast<size_t>(*slot)].data();
+      for (size_t j = 0; j < 6; ++j, block += 6) {
+        // One column in registers, over all rows.
+        std::array<double, 6> sum{};
+        for (size_t r = 0; r < rows.size(); ++r) {
+          const double factor = weights[r] * rows[r][6 * q + j];
+          const double* left = rows[r] + 6 * p;
+          for (size_t i = 0; i < 6; ++i) sum[i] += factor * left[i];
+        }
+        for (size_t i = 0; i < 6; ++i) block[i] += sum[i];
+      }
+    }
+  }
+}
+
 void ManifoldView::AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
                            std::vector<double>& scratch, BlockCholesky::Blocks& target) {
   const int n = group.columns();
@@ -210,6 +231,7 @@ void ManifoldView::AddGram(const Group& group, int rows, const double* jacobian,
 
 bool ManifoldView::Evaluate(const Point& x, Values& values) {
   ++evaluations_;
+  values.revision = evaluations_;
   not_finite_.clear();
   values.cost = 0;
   values.gradient.setZero();
@@ -270,6 +292,47 @@ void ManifoldView::Move(const Point& x, const Eigen::VectorXd& d, double scale, 
       moved.vectors[i][k] = x.vectors[i][k] + scale * d[6 * node + k % 6];
     }
   }
+}
+
+void ManifoldView::WriteMultipliers(const Eigen::VectorXd& y, WarmStart& warm) const {
+  warm.terms.resize(terms_.size());
+  for (size_t k = 0; k < terms_.size(); ++k) {
+    if (terms_[k].role != Role::kCost)
+      warm.terms[k] = y.segment(terms_[k].first_row, terms_[k].residual->size());
+  }
+  for (int i = 0; i < program_.num_vectors(); ++i)
+    warm.bounds.emplace_back(Eigen::VectorXd::Zero(program_.lower(i).size()));
+  for (const Bound& bound : bounds_)
+    warm.bounds[static_cast<size_t>(bound.vector)][bound.entry] += bound.sign * y[bound.row];
+}
+
+Eigen::VectorXd ManifoldView::ReadMultipliers(const WarmStart& warm) const {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(num_rows());
+  for (size_t k = 0; k < std::min(terms_.size(), warm.terms.size()); ++k) {
+    if (terms_[k].role == Role::kCost || warm.terms[k].size() != terms_[k].residual->size()) continue;
+    y.segment(terms_[k].first_row, warm.terms[k].size()) = warm.terms[k];
+  }
+  for (const Bound& bound : bounds_) {
+    const auto vector = static_cast<size_t>(bound.vector);
+    if (vector < warm.bounds.size() && bound.entry < warm.bounds[vector].size())
+      y[bound.row] = std::max(0.0, bound.sign * warm.bounds[vector][bound.entry]);
+  }
+  for (double& value : y) value = std::isfinite(value) ? value : 0;
+  return y;
+}
+
+std::vector<int> ManifoldView::TermsByWeight(const Eigen::VectorXd& weights, double least) const {
+  std::vector<std::pair<double, int>> found;
+  for (size_t k = 0; k < terms_.size(); ++k) {
+    if (terms_[k].role == Role::kCost) continue;
+    const auto rows = weights.segment(terms_[k].first_row, terms_[k].residual->size());
+    if (rows.size() > 0 && rows.maxCoeff() > least) found.emplace_back(rows.sum(), static_cast<int>(k));
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<int> terms;
+  for (const auto& [weight, term] : found) terms.push_back(term);
+  return terms;
 }
 
 double ManifoldView::LargestTurn(const Eigen::VectorXd& d) const {

@@ -7,6 +7,7 @@
 
 #include "tether/nlp/block_cholesky.h"
 #include "tether/nlp/program.h"
+#include "tether/nlp/solver.h"
 
 namespace tether::nlp {
 
@@ -30,6 +31,7 @@ class ManifoldView {
 
   /// What is known at a point.
   struct Values {
+    long revision = -1;  ///< Another one for each evaluation of the view.
     double cost = 0;
     Eigen::VectorXd gradient;         ///< Of the cost, per coordinate.
     Eigen::VectorXd rows;             ///< Of all constraints: equalities = 0, inequalities and bounds ≤ 0.
@@ -66,6 +68,15 @@ class ManifoldView {
   /// Σ |violation| over all rows.
   double TotalViolation(const Eigen::VectorXd& rows) const;
 
+  /// Multipliers by rows as the program's, and back; what `warm` does not have becomes zero.
+  void WriteMultipliers(const Eigen::VectorXd& y, WarmStart& warm) const;
+  Eigen::VectorXd ReadMultipliers(const WarmStart& warm) const;
+  /// The terms of the rows with a weight above `least`, those with the largest sums first.
+  std::vector<int> TermsByWeight(const Eigen::VectorXd& weights, double least) const;
+
+  /// Adds Σ wᵢ gᵢ gᵢᵀ over rows of the form of a group to `target`, by slots.
+  static void AddGram(const Group& group, const std::vector<const double*>& rows, const double* weights,
+                      BlockCholesky::Blocks& target);
   /// Adds Σ wᵢ gᵢ gᵢᵀ over `rows` rows of the form of a group to `target`, by slots. `scratch` is workspace.
   static void AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
                       std::vector<double>& scratch, BlockCholesky::Blocks& target);

@@ -12,6 +12,7 @@ namespace {
 constexpr double kFirstPenalty = 10;
 constexpr double kLargestPenalty = 1e5;
 constexpr double kPenaltyGrowth = 10;
+constexpr double kBlockingShare = 1e-3;  // of the penalty
 constexpr double kLeastDamping = 1e-6;
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLargestDamping = 1e8;
@@ -32,7 +33,7 @@ constexpr double kQuietChange = 1e-4;  // of the merit, relative
 /// rows are violated, ν grows, and at its largest value the point is locally infeasible.
 class NativeRun {
  public:
-  NativeRun(const Program& program, const Point& guess, const Options& options)
+  NativeRun(const Program& program, const Point& guess, const Options& options, const WarmStart& warm)
       : monitor_(program, options),
         view_(program),
         qp_(view_),
@@ -43,11 +44,28 @@ class NativeRun {
         Hd_(Eigen::VectorXd::Zero(view_.num_coordinates())),
         step_(Hd_),
         Jd_(Eigen::VectorXd::Zero(view_.num_rows())),
-        model_rows_(Jd_) {}
+        model_rows_(Jd_) {
+    qp_.SetStop([this] { return monitor_.ReasonToEnd().has_value(); });
+    if (warm.empty()) return;
+    if (warm.penalty > 0) penalty_ = std::clamp(warm.penalty, kFirstPenalty, kLargestPenalty);
+    damping_ = kLeastDamping;
+    qp_.StartFrom(view_.ReadMultipliers(warm));
+  }
 
   Result Run() {
     Iterate();
-    return monitor_.Finish(std::move(x_), status_, std::move(message_), iterations_, view_.evaluations());
+    Result result =
+        monitor_.Finish(std::move(x_), status_, std::move(message_), iterations_, view_.evaluations());
+    result.assembly_s = qp_.assembly_s();
+    result.linear_algebra_s = subproblem_s_ - qp_.assembly_s();
+    const Eigen::VectorXd y = qp_.y();
+    view_.WriteMultipliers(y, result.warm_start);
+    result.warm_start.penalty = penalty_;
+    // With so large a penalty the cost's own multipliers are small beside those of rows that fight each
+    // other.
+    if (result.status == Status::kLocallyInfeasible)
+      result.blocking_terms = view_.TermsByWeight(y.cwiseAbs(), kBlockingShare * penalty_);
+    return result;
   }
 
  private:
@@ -58,14 +76,24 @@ class NativeRun {
 
   bool Evaluate(const Point& x, ManifoldView::Values& values) {
     if (monitor_.ReasonToEnd()) return false;
-    if (view_.Evaluate(x, values)) return true;
+    if (EvaluateView(x, values)) return true;
     monitor_.FailNotFinite(view_.not_finite());
     return false;
   }
 
   /// A residual that is not finite at a trial point refuses the step, and fails the solve only if no shorter
   /// one helps.
-  bool EvaluateTrial() { return !monitor_.ReasonToEnd() && view_.Evaluate(trial_, there_); }
+  bool EvaluateTrial() { return !monitor_.ReasonToEnd() && EvaluateView(trial_, there_); }
+
+  bool EvaluateView(const Point& x, ManifoldView::Values& values) {
+    const Stopwatch watch(monitor_.evaluation_s());
+    return view_.Evaluate(x, values);
+  }
+
+  void SolveSubproblem(const Eigen::VectorXd& rows) {
+    const Stopwatch watch(subproblem_s_);
+    qp_.Solve(here_, rows, penalty_, damping_, QpTolerance());
+  }
 
   double Merit(const ManifoldView::Values& values) const {
     return values.cost + penalty_ * view_.TotalViolation(values.rows);
@@ -111,7 +139,8 @@ class NativeRun {
     for (;;) {
       if (monitor_.ReasonToEnd()) return;
       const double merit = Merit(here_);
-      qp_.Solve(here_, here_.rows, penalty_, damping_, QpTolerance());
+      SolveSubproblem(here_.rows);
+      if (monitor_.ReasonToEnd()) return;
       if (!qp_.d().allFinite()) return End(Status::kFailed, "the subproblem broke down");
       const double predicted = Predict(merit);
       const bool settled = damping_ > kLargestDamping ||
@@ -148,7 +177,7 @@ class NativeRun {
       cuts_added_ = qp_.AddCuts(there_, step_, model_rows_);
       for (int row = 0; row < view_.num_rows(); ++row)
         model_rows_[row] = qp_.HasFreshCut(row) ? here_.rows[row] : there_.rows[row] - Jd_[row];
-      qp_.Solve(here_, model_rows_, penalty_, damping_, QpTolerance());
+      SolveSubproblem(model_rows_);
       predicted = Predict(merit);
       if (predicted <= 0) return false;
       view_.Move(x_, step_, 1, trial_);
@@ -191,6 +220,7 @@ class NativeRun {
   int cuts_added_ = 0;  // in the last iteration
   int cut_rounds_ = 0;  // iterations in a row that were refused and added cuts
   int iterations_ = 0;
+  double subproblem_s_ = 0;
   Status status_ = Status::kFailed;
   std::string message_;
 };
@@ -198,8 +228,8 @@ class NativeRun {
 class NativeSolver : public Solver {
  protected:
   Result DoSolve(const Program& program, const Point& guess, const Options& options,
-                 const WarmStart&) const override {
-    return NativeRun(program, guess, options).Run();
+                 const WarmStart& warm) const override {
+    return NativeRun(program, guess, options, warm).Run();
   }
 };
 

@@ -209,6 +209,116 @@ TEST(NativeTest, SolvesLongChains) {
   EXPECT_LT(result.iterations, 60);
 }
 
+TEST(NativeTest, NamesTheTermsThatFightAndNoOthers) {
+  // Two tables at different heights, a wall that is far away, a floor that is touched but not in the way.
+  Example example;
+  const BlockRef box = example.program.AddPose("box");
+  example.guess.poses.push_back(Pose(Vector3d(0.1, 0, 0.5)));
+  const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
+  example.program.Add(PoseToTarget(box, Pose(Vector3d(0.3, 0, 0.3)), 1, 1), Role::kCost);
+  example.program.Add(PlaneDistance(box, Vector3d::Zero(), x, 0.1), Role::kInequality);
+  example.program.Add(PlaneDistance(box, Vector3d::Zero(), z, 0.2), Role::kEquality);
+  example.program.Add(Upright(box), Role::kEquality);
+  example.program.Add(PlaneDistance(box, Vector3d::Zero(), z, 0.4), Role::kEquality);
+  example.program.Add(OutsideBall(box, Vector3d(0, 0, 2), 0.5), Role::kInequality);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  EXPECT_EQ(result.status, Status::kLocallyInfeasible) << result.Summary();
+  ASSERT_EQ(result.blocking_terms.size(), 2u);
+  EXPECT_EQ(std::min(result.blocking_terms[0], result.blocking_terms[1]), 2);
+  EXPECT_EQ(std::max(result.blocking_terms[0], result.blocking_terms[1]), 4);
+}
+
+TEST(NativeTest, AnInequalityThatIsMetButInTheWayIsNamed) {
+  // The equality gives way to the two inequalities that together push harder; all of them block.
+  Example example;
+  const BlockRef box = example.program.AddPose("box");
+  example.guess.poses.push_back(Pose());
+  const Vector3d x = Vector3d::UnitX();
+  example.program.Add(PoseToTarget(box, Pose(), 1, 1), Role::kCost);
+  example.program.Add(PlaneDistance(box, Vector3d::Zero(), x, 0.2), Role::kEquality);
+  example.program.Add(PlaneDistance(box, Vector3d::Zero(), 2 * x, 0.2), Role::kInequality);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  EXPECT_EQ(result.status, Status::kLocallyInfeasible) << result.Summary();
+  EXPECT_NEAR(result.x.poses[0].p.x(), 0.1, 1e-6);
+  EXPECT_EQ(result.blocking_terms, (std::vector<int>{1, 2}));
+}
+
+TEST(NativeTest, MultipliersBalanceTheCost) {
+  const Example example = KeyPoseChain(4, 3, 0.5);
+  const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  EXPECT_TRUE(result.blocking_terms.empty());
+  const Program& program = example.program;
+  ASSERT_EQ(result.warm_start.terms.size(), program.terms().size());
+  VectorXd gradient = VectorXd::Zero(program.num_variables());
+  for (size_t k = 0; k < program.terms().size(); ++k) {
+    const Residual& residual = *program.terms()[k].residual;
+    VectorXd r(residual.size());
+    MatrixXd J(residual.size(), 6 * static_cast<Eigen::Index>(residual.blocks().size()));
+    JacobianRef ref(J);
+    residual.Evaluate(result.x, r, &ref);
+    const VectorXd y = program.terms()[k].role == Role::kCost ? VectorXd(2 * r) : result.warm_start.terms[k];
+    ASSERT_EQ(y.size(), r.size());
+    for (size_t b = 0; b < residual.blocks().size(); ++b) {
+      gradient.segment<6>(program.Offset(residual.blocks()[b])) +=
+          J.middleCols<6>(6 * static_cast<Eigen::Index>(b)).transpose() * y;
+    }
+  }
+  EXPECT_LT(gradient.cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST(NativeTest, StartsWarm) {
+  int cold_iterations = 0, warm_iterations = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const Example example = KeyPoseChain(14, seed);
+    const auto solver = MakeSolver(Backend::kNative);
+    const Result first = solver->Solve(example.program, example.guess, Options());
+    ASSERT_TRUE(first.ok()) << first.Summary();
+    const Result again = solver->Solve(example.program, first.x, Options(), &first.warm_start);
+    ASSERT_TRUE(again.ok()) << again.Summary();
+    EXPECT_LE(again.iterations, 1);
+    EXPECT_NEAR(again.cost, first.cost, 1e-6 * (1 + first.cost));
+    // The last box has to give way.
+    Example moved = KeyPoseChain(14, seed);
+    Program& program = moved.program;
+    program.Add(PlaneDistance({BlockRef::Kind::kPose, 27}, Vector3d::Zero(), Vector3d::UnitX(),
+                              first.x.poses[27].p.x() - 0.02),
+                Role::kInequality);
+    // From the same point, so that both end in the same optimum of several.
+    const Result cold = solver->Solve(program, first.x, Options());
+    const Result warm = solver->Solve(program, first.x, Options(), &first.warm_start);
+    ASSERT_TRUE(cold.ok() && warm.ok()) << cold.Summary() << "; " << warm.Summary();
+    EXPECT_LT(warm.cost, 1.01 * cold.cost);
+    cold_iterations += cold.iterations;
+    warm_iterations += warm.iterations;
+  }
+  EXPECT_LE(warm_iterations, cold_iterations);
+}
+
+TEST(NativeTest, WarmStartsOfOtherProgramsDoNoHarm) {
+  const Example example = KeyPoseChain(4, 1);
+  const auto solver = MakeSolver(Backend::kNative);
+  WarmStart warm = solver->Solve(KeyPoseChain(3, 2).program, KeyPoseChain(3, 2).guess, Options()).warm_start;
+  warm.terms[2] = VectorXd::Constant(2, std::nan(""));
+  warm.terms.resize(200, VectorXd::Ones(17));
+  warm.penalty = 1e300;
+  const Result result = solver->Solve(example.program, example.guess, Options(), &warm);
+  ASSERT_TRUE(result.ok()) << result.Summary();
+  EXPECT_LT(result.max_violation_m + result.max_violation_rad, 1e-6);
+}
+
+TEST(NativeTest, TellsWhereTheTimeWent) {
+  const Example example = KeyPoseChain(14, 1);
+  for (const Backend backend : {Backend::kNative, Backend::kIpopt, Backend::kNlopt}) {
+    Options options;
+    options.max_iterations = 20;
+    const Result result = MakeSolver(backend)->Solve(example.program, example.guess, options);
+    EXPECT_GT(result.evaluation_s, 0);
+    EXPECT_EQ(result.assembly_s > 0 && result.linear_algebra_s > 0, backend == Backend::kNative);
+    EXPECT_LE(result.evaluation_s + result.assembly_s + result.linear_algebra_s, result.solve_s);
+  }
+}
+
 #if !defined(__SANITIZE_ADDRESS__)
 TEST(NativeTest, IterationsDoNotAllocate) {
   Example example = KeyPoseChain(5, 1, 0.5);

@@ -100,8 +100,13 @@ class NloptSolver : public Solver {
     };
     const bool constrained = view.num_constraints() > 0;
     const double tolerance = kInnerTolerance * options.cost_tolerance;
-    const Optimizer inner(nlopt_create(NLOPT_LD_SLSQP, n));
-    const Optimizer outer(nlopt_create(constrained ? NLOPT_LD_AUGLAG : NLOPT_LD_SLSQP, n));
+    // SLSQP's own steps are dense and can't be interrupted: on large programs one would outlast any limit.
+    const bool large = padded > kMostForSlsqp;
+    const Optimizer inner(nlopt_create(large ? NLOPT_LD_LBFGS : NLOPT_LD_SLSQP, n));
+    const Optimizer outer(nlopt_create(constrained ? NLOPT_LD_AUGLAG
+                                       : large     ? NLOPT_LD_LBFGS
+                                                   : NLOPT_LD_SLSQP,
+                                       n));
     NloptProgram callbacks(view, monitor, outer.get());
     bool accepted = true;
     const auto check = [&](nlopt_result code) { accepted = accepted && code > 0; };
@@ -143,6 +148,7 @@ class NloptSolver : public Solver {
   }
 
  private:
+  static constexpr int kMostForSlsqp = 400;  // variables; a step then takes some 50 ms
   // The multipliers are only as good as the minimum that they are taken from.
   static constexpr double kInnerTolerance = 1e-2;
 };

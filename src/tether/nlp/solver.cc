@@ -166,6 +166,18 @@ Result Monitor::Finish(Point x, Status status, std::string message, int iteratio
     result.message = Format("the solver stopped at a violation of %g, above the tolerance of %g", violation,
                             options_.constraint_tolerance);
   }
+  if (violation > options_.constraint_tolerance) {
+    for (const Assessment::Violation& found : assessment.violations) {
+      const auto& terms = program_.terms();
+      const auto term = std::find_if(terms.begin(), terms.end(),
+                                     [&](const Term& t) { return t.residual.get() == found.residual; });
+      const int index = static_cast<int>(term - terms.begin());
+      auto& blocking = result.blocking_terms;
+      if (found.amount > options_.constraint_tolerance &&
+          std::find(blocking.begin(), blocking.end(), index) == blocking.end())
+        blocking.push_back(index);
+    }
+  }
   result.cost = assessment.cost;
   result.max_violation_m = assessment.max_violation_m;
   result.max_violation_rad = assessment.max_violation_rad;

@@ -70,8 +70,9 @@ struct Result {
   std::vector<IterationRecord> trace;
   /// For another solve from here; empty where the backend does not know multipliers.
   WarmStart warm_start;
-  /// Where the end is not feasible: the terms that block each other there, by index in Program::terms(),
-  /// those that weigh most first. They are the violated ones and those that keep them from being met.
+  /// Where the end is not feasible: what is in the way, by index in Program::terms(), those that weigh most
+  /// first. The violated terms; if the native backend ends as kLocallyInfeasible, also those that keep them
+  /// from being met.
   std::vector<int> blocking_terms;
 
   bool ok() const { return status == Status::kSolved; }

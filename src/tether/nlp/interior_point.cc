@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tether/nlp/elastic_qp.h"
+
+namespace tether::nlp {
+namespace {
+
+constexpr int kMaxIterations = 40;
+constexpr double kRowRegularisation = 1e-11;
+
+}  // namespace
+
+void ElasticQp::Direction(const ManifoldView::Values& values) {
+  // Row by row: dy = w (J dd − e), e = −r + τ_a/u − a − τ_b/l + b.
+  dd_ = -slope_;
+  const auto m = static_cast<int>(near_.size());
+  for (int k = 0; k < m; ++k) {
+    wanted_[k] = -primal_[k] - a_[k] + b_[k] + target_a_[k] / u_[k] - target_b_[k] / l_[k];
+    AddRow(values, near_[static_cast<size_t>(k)], weight_[k] * wanted_[k], dd_);
+  }
+  view_.factor().Solve(dd_);
+  for (int k = 0; k < m; ++k) {
+    Jstep_[k] = DotRow(values, near_[static_cast<size_t>(k)], dd_);
+    dy_[k] = weight_[k] * (Jstep_[k] - wanted_[k]);
+    da_[k] = (target_a_[k] + a_[k] * dy_[k]) / u_[k] - a_[k];
+    db_[k] = (target_b_[k] - b_[k] * dy_[k]) / l_[k] - b_[k];
+  }
+}
+
+double ElasticQp::LongestStep() const {
+  // The largest rate at which something positive goes to zero; without branches.
+  double rate = 1;
+  for (int k = 0; k < static_cast<int>(near_.size()); ++k) {
+    rate = std::max({rate, -da_[k] / a_[k], -db_[k] / b_[k], dy_[k] / u_[k], -dy_[k] / l_[k]});
+  }
+  return 1 / rate;
+}
+
+bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double lambda, double tolerance,
+                                     bool resume) {
+  const auto m = static_cast<int>(near_.size());
+  if (resume) {
+    d_ = interior_d_;
+    multiplier_ = interior_y_;
+    z_ = interior_z_;
+  } else {
+    d_.setZero();
+  }
+  MultiplyCurvature(values, d_, Hd_);
+  for (int k = 0; k < m && !resume; ++k) {
+    const int i = near_[static_cast<size_t>(k)];
+    // Off the ends of its interval, and with slacks that make the products alike.
+    const double margin = std::min(0.01, 0.01 * hi_[i]);
+    multiplier_[k] = std::clamp(y_[i], lo_[i] + margin, hi_[i] - margin);
+    const double slack = 1e-3;
+    z_[k] = c_[i];
+    a_[k] = std::max(c_[i], 0.0) + slack;
+    b_[k] = std::max(-c_[i], 0.0) + slack;
+  }
+  bool converged = false;
+  for (int iteration = 0; iteration < kMaxIterations && !converged; ++iteration) {
+    slope_ = values.gradient + Hd_ + lambda * d_;
+    double gap = 0, primal_error = 0;
+    for (int k = 0; k < m; ++k) {
+      const int i = near_[static_cast<size_t>(k)];
+      u_[k] = hi_[i] - multiplier_[k];
+      l_[k] = multiplier_[k] - lo_[i];
+      primal_[k] = z_[k] - a_[k] + b_[k];
+      gap += a_[k] * u_[k] + b_[k] * l_[k];
+      primal_error = std::max(primal_error, std::abs(primal_[k]));
+      AddRow(values, i, multiplier_[k], slope_);
+    }
+    gap /= std::max(1, 2 * m);
+    const double dual_error = slope_.size() == 0 ? 0 : slope_.cwiseAbs().maxCoeff();
+    converged = gap <= tolerance && primal_error <= tolerance && dual_error <= 10 * tolerance;
+    if (converged || stop_()) break;
+    ++interior_factorizations_;
+    for (int k = 0; k < m; ++k) {
+      weight_[k] = 1 / (a_[k] / u_[k] + b_[k] / l_[k] + kRowRegularisation);
+      target_a_[k] = target_b_[k] = 0;
+    }
+    Factorize(values, lambda);
+    Direction(values);
+    double step = 1;
+    if (m > 0) {
+      step = LongestStep();
+      double affine = 0;
+      for (int k = 0; k < m; ++k) {
+        affine += (a_[k] + step * da_[k]) * (u_[k] - step * dy_[k]) +
+                  (b_[k] + step * db_[k]) * (l_[k] + step * dy_[k]);
+      }
+      const double ratio = std::clamp(affine / (2 * m * gap), 0.0, 1.0);
+      const double mu = std::max(ratio * ratio * ratio * gap, 0.1 * tolerance);
+      for (int k = 0; k < m; ++k) {
+        target_a_[k] = mu + da_[k] * dy_[k];
+        target_b_[k] = mu - db_[k] * dy_[k];
+      }
+      Direction(values);
+      step = std::min(1.0, 0.995 * LongestStep());
+    }
+    d_ += step * dd_;
+    MultiplyCurvature(values, d_, Hd_);
+    for (int k = 0; k < m; ++k) {
+      z_[k] += step * Jstep_[k];
+      multiplier_[k] += step * dy_[k];
+      a_[k] += step * da_[k];
+      b_[k] += step * db_[k];
+    }
+  }
+  for (int k = 0; k < m; ++k) {
+    const int i = near_[static_cast<size_t>(k)];
+    // Within its interval is what is nearer to that than to an end, as the products tell.
+    active_[static_cast<size_t>(i)] = a_[k] > hi_[i] - multiplier_[k]   ? 3
+                                      : b_[k] > multiplier_[k] - lo_[i] ? 0
+                                                                        : 1;
+    y_[i] = multiplier_[k];
+  }
+  interior_d_ = d_;
+  interior_y_ = multiplier_;
+  interior_z_ = z_;
+  return converged;
+}
+
+}  // namespace tether::nlp
