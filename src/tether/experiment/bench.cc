@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "tether/experiment/bench_control.h"
 #include "tether/experiment/bench_planning.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/plan_output.h"
@@ -115,6 +116,26 @@ int BenchPlanning(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
+/// The QP solver of the control loop.
+int BenchControl(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  const ControlBench bench = BenchmarkControl();
+  const auto print = [&](const std::string& name, const TimeQuantiles& quantiles) {
+    terminal.Print(Column(name, 24) + Column(Fixed(1e6 * quantiles.median, 3), 13) +
+                   Fixed(1e6 * quantiles.p99, 3));
+  };
+  terminal.Print(terminal.Bold(Column("QP, n = 7, m = 40", 24) + Column("median (µs)", 14) + "p99 (µs)"));
+  print("cold", bench.cold);
+  print("warm, smooth sequence", bench.warm);
+  print("warm, unrelated", bench.warm_random);
+  char kkt[32];
+  std::snprintf(kkt, sizeof kkt, "%.1e", bench.max_kkt);
+  terminal.Print("largest relative KKT residual " + std::string(kkt) + ", unsolved " +
+                 std::to_string(bench.unsolved));
+  WriteResult(arguments, WriteControlBench(bench));
+  return bench.unsolved == 0 && bench.max_kkt <= 1e-12 ? kExitSuccess : kExitFailed;
+}
+
 /// Options that would silently do nothing are mistakes.
 void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
@@ -135,14 +156,18 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
 std::vector<std::pair<std::string, std::string>> BenchNames() {
   return {{"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
           {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
-          {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"}};
+          {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
+          {"control", "the QP solver of the control loop: time cold and warm, and residuals"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {
   if (arguments.name == "planning") return BenchPlanning(arguments);
-  if (arguments.name == "table1" || arguments.name == "geometry") RequireNoPlanningOptions(arguments);
+  if (arguments.name == "table1" || arguments.name == "geometry" || arguments.name == "control") {
+    RequireNoPlanningOptions(arguments);
+  }
   if (arguments.name == "table1") return BenchTable1(arguments);
   if (arguments.name == "geometry") return BenchGeometry(arguments);
+  if (arguments.name == "control") return BenchControl(arguments);
   std::vector<std::string> names;
   for (const auto& [name, text] : BenchNames()) names.push_back(name);
   const std::string nearest = NearestMatch(arguments.name, names);
