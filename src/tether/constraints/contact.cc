@@ -50,7 +50,7 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
       }
     } else if (std::holds_alternative<geometry::Sphere>(part.primitive)) {
       add_round();
-    } else {
+    } else if (!std::holds_alternative<geometry::Hull>(part.primitive)) {
       const Vector3d axis = part.X_SP.R.col(2);
       if (std::abs(axis.dot(up_B)) > 1 - kLevel) {
         add_round();
@@ -96,7 +96,7 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
       tip.tool_depth = sphere->radius;
       tip.label = name;
       tips.push_back(tip);
-    } else {
+    } else if (!std::holds_alternative<geometry::Hull>(part.primitive)) {
       const auto* capsule = std::get_if<geometry::Capsule>(&part.primitive);
       const auto* cylinder = std::get_if<geometry::Cylinder>(&part.primitive);
       const Vector3d axis = part.X_SP.R.col(2);

@@ -55,6 +55,7 @@ std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const
   if (const auto* sphere = std::get_if<geometry::Sphere>(&primitive)) {
     return {{std::nullopt, 2 * sphere->radius, "any direction"}};
   }
+  if (std::holds_alternative<geometry::Hull>(primitive)) return {};
   const auto* capsule = std::get_if<geometry::Capsule>(&primitive);
   const double radius = capsule != nullptr ? capsule->radius : std::get<geometry::Cylinder>(primitive).radius;
   if (along_z) return {{std::nullopt, 2 * radius, "any direction"}};

@@ -5,6 +5,7 @@
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/kinds.h"
 #include "tether/geometry/bounds.h"
+#include "tether/geometry/polytope.h"
 #include "tether/geometry/query.h"
 
 namespace tether::constraints {
@@ -33,30 +34,38 @@ void AddPartRows(const Part& part, double margin, const std::string& label,
     sink.Add(Role::kInequality, label + ": off its axis",
              MakeAxisDistance(X.p, X.R.col(2), Vector3d::Zero(), radius - Fitting(margin, radius)), frames);
   };
-  std::visit(Overloaded{[&](const geometry::Box& box) {
-                          for (int i = 0; i < 3; ++i) {
-                            const double half = 0.5 * box.size[i];
-                            AddSlab(X, Vector3d::Unit(i), half - Fitting(margin, half), rows);
-                          }
-                        },
-                        [&](const geometry::Sphere& sphere) {
-                          sink.Add(Role::kInequality, label,
-                                   MakePointDistance(X.p, Vector3d::Zero(),
-                                                     sphere.radius - Fitting(margin, sphere.radius), 1),
-                                   frames);
-                        },
-                        [&](const geometry::Capsule& capsule) {
-                          // Half a finger's width inside the ends of the straight part.
-                          const double half = 0.5 * capsule.length;
-                          AddSlab(X, Vector3d::UnitZ(), half - Fitting(margin, half), rows);
-                          radial(capsule.radius);
-                        },
-                        [&](const geometry::Cylinder& cylinder) {
-                          const double half = 0.5 * cylinder.length;
-                          AddSlab(X, Vector3d::UnitZ(), half - Fitting(margin, half), rows);
-                          radial(cylinder.radius);
-                        }},
-             part.primitive);
+  std::visit(
+      Overloaded{[&](const geometry::Box& box) {
+                   for (int i = 0; i < 3; ++i) {
+                     const double half = 0.5 * box.size[i];
+                     AddSlab(X, Vector3d::Unit(i), half - Fitting(margin, half), rows);
+                   }
+                 },
+                 [&](const geometry::Sphere& sphere) {
+                   sink.Add(Role::kInequality, label,
+                            MakePointDistance(X.p, Vector3d::Zero(),
+                                              sphere.radius - Fitting(margin, sphere.radius), 1),
+                            frames);
+                 },
+                 [&](const geometry::Capsule& capsule) {
+                   // Half a finger's width inside the ends of the straight part.
+                   const double half = 0.5 * capsule.length;
+                   AddSlab(X, Vector3d::UnitZ(), half - Fitting(margin, half), rows);
+                   radial(capsule.radius);
+                 },
+                 [&](const geometry::Cylinder& cylinder) {
+                   const double half = 0.5 * cylinder.length;
+                   AddSlab(X, Vector3d::UnitZ(), half - Fitting(margin, half), rows);
+                   radial(cylinder.radius);
+                 },
+                 [&](const geometry::Hull& hull) {
+                   for (const geometry::Polytope::Face& face : hull.polytope->faces) {
+                     const Vector3d n = X.R * face.normal;
+                     const double depth = face.offset - face.normal.dot(hull.polytope->centroid);
+                     rows.push_back({Vector3d::Zero(), n, n.dot(X.p) + face.offset - Fitting(margin, depth)});
+                   }
+                 }},
+      part.primitive);
   if (!rows.empty()) sink.Add(Role::kInequality, label, MakeHalfSpaces(std::move(rows)), frames);
 }
 
@@ -109,7 +118,8 @@ void GuessInside(const Context& context, const Parameters& parameters, Pose& X_T
                         },
                         [&](const geometry::Sphere&) { p_PC.setZero(); },
                         [&](const geometry::Capsule& capsule) { clamp_z(0.5 * capsule.length); },
-                        [&](const geometry::Cylinder& cylinder) { clamp_z(0.5 * cylinder.length); }},
+                        [&](const geometry::Cylinder& cylinder) { clamp_z(0.5 * cylinder.length); },
+                        [&](const geometry::Hull& hull) { p_PC = hull.polytope->centroid; }},
              part.primitive);
   X_TC.p = part.X_SP * p_PC;
 }

@@ -6,6 +6,8 @@
 #include <utility>
 #include <variant>
 
+#include "tether/geometry/bounds.h"
+
 namespace tether::execution {
 namespace {
 
@@ -29,6 +31,8 @@ Eigen::Vector3d HalfExtents(const geometry::Primitive& primitive, const Eigen::M
       return Eigen::Vector3d::Constant(p.radius);
     } else if constexpr (std::is_same_v<T, geometry::Capsule>) {
       return R.col(2).cwiseAbs() * (0.5 * p.length) + Eigen::Vector3d::Constant(p.radius);
+    } else if constexpr (std::is_same_v<T, geometry::Hull>) {
+      return Eigen::Vector3d::Zero();  // not centred; BoundsOf never asks
     } else {
       const Eigen::Array3d across = (1 - R.col(2).array().square()).max(0).sqrt();
       return R.col(2).cwiseAbs() * (0.5 * p.length) + (p.radius * across).matrix();
@@ -53,6 +57,10 @@ bool Clip(double a, double b, double lower, double upper, double* from, double* 
 }  // namespace
 
 Bounds BoundsOf(const geometry::Primitive& primitive, const math::Pose& X_FP) {
+  if (std::holds_alternative<geometry::Hull>(primitive)) {
+    const geometry::Aabb box = geometry::BoundingBox(primitive, X_FP);
+    return {box.lower, box.upper};
+  }
   const Eigen::Vector3d half = HalfExtents(primitive, X_FP.R);
   return {X_FP.p - half, X_FP.p + half};
 }

@@ -6,6 +6,7 @@
 
 #include "tether/common/overloaded.h"
 #include "tether/geometry/distance.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::experiment {
 namespace {
@@ -39,7 +40,14 @@ std::string PrimitiveText(const geometry::Primitive& primitive) {
       Overloaded{[](const geometry::Box& box) { return "box: " + Numbers(box.size); },
                  [](const geometry::Sphere& sphere) { return "sphere: " + Number(sphere.radius); },
                  [&](const geometry::Capsule& c) { return rod("capsule", c.radius, c.length); },
-                 [&](const geometry::Cylinder& c) { return rod("cylinder", c.radius, c.length); }},
+                 [&](const geometry::Cylinder& c) { return rod("cylinder", c.radius, c.length); },
+                 [](const geometry::Hull& hull) {
+                   std::string text;
+                   for (const Eigen::Vector3d& p : hull.polytope->vertices) {
+                     text += (text.empty() ? "" : ", ") + Numbers(p);
+                   }
+                   return "hull: [" + text + "]";
+                 }},
       primitive);
 }
 

@@ -5,11 +5,14 @@
 #include <filesystem>
 #include <set>
 
+#include "tether/experiment/hull_reader.h"
+#include "tether/geometry/polytope.h"
+
 namespace tether::experiment {
 namespace {
 
 const std::vector<std::string>& ShapeKinds() {
-  static const std::vector<std::string> kinds = {"box", "sphere", "capsule", "cylinder"};
+  static const std::vector<std::string> kinds = {"box", "sphere", "capsule", "cylinder", "hull", "mesh"};
   return kinds;
 }
 
@@ -27,9 +30,24 @@ Eigen::VectorXd ReadSizes(const Value& value, int count, const std::string& what
   return *sizes;
 }
 
-geometry::Primitive ReadPrimitive(const std::string& kind, const Value& value, const std::string& what,
+bool IsMeshOption(const std::string& key) { return key == "scale" || key == "fill"; }
+
+/// `siblings` holds the options of a mesh, beside its key.
+geometry::Primitive ReadPrimitive(const std::string& kind, const Value& value, const Value& siblings,
+                                  const std::string& folder, const std::string& what,
                                   Diagnostics& diagnostics) {
   const std::string name = kind + " of " + what;
+  if (kind == "hull") return ReadHull(value, name, diagnostics);
+  if (kind == "mesh") {
+    MeshOptions options;
+    if (const Value* scale = siblings.Find("scale")) {
+      options.scale = ReadPositive(*scale, "'scale' of " + what, diagnostics);
+    }
+    if (const Value* fill = siblings.Find("fill")) {
+      options.fill = ReadBool(*fill, "'fill' of " + what, diagnostics);
+    }
+    return ReadMeshHull(value, options, folder, name, diagnostics);
+  }
   if (kind == "box") return geometry::Box{ReadSizes(value, 3, name, diagnostics)};
   if (kind == "sphere" && value.is_scalar()) return geometry::Sphere{ReadPositive(value, name, diagnostics)};
   ObjectReader reader(value, name, diagnostics);
@@ -46,7 +64,8 @@ geometry::Primitive ReadPrimitive(const std::string& kind, const Value& value, c
   return geometry::Cylinder{radius, length};
 }
 
-geometry::Part ReadPart(const Value& value, const std::string& what, Diagnostics& diagnostics) {
+geometry::Part ReadPart(const Value& value, const std::string& what, const std::string& folder,
+                        Diagnostics& diagnostics) {
   geometry::Part part{geometry::Sphere{1}, {}};
   if (!value.is_object()) {
     diagnostics.Add(value.where(), "shape of " + what + " is " + value.KindName(),
@@ -57,12 +76,14 @@ geometry::Part ReadPart(const Value& value, const std::string& what, Diagnostics
   for (const Value::Member& member : value.members()) {
     if (member.key == "pose") {
       part.X_SP = ReadPose(member.value, "part of " + what, false, diagnostics).X_ParentFrame;
+    } else if (IsMeshOption(member.key) && value.Find("mesh") != nullptr) {
+      continue;
     } else if (std::find(ShapeKinds().begin(), ShapeKinds().end(), member.key) == ShapeKinds().end()) {
       diagnostics.Add(member.where, "unknown shape '" + member.key + "' of " + what,
                       SuggestFrom(member.key, ShapeKinds()));
       ++count;
     } else {
-      part.primitive = ReadPrimitive(member.key, member.value, what, diagnostics);
+      part.primitive = ReadPrimitive(member.key, member.value, value, folder, what, diagnostics);
       if (++count == 2) {
         diagnostics.Add(member.where, "a second shape '" + member.key + "' in one map of " + what,
                         "a list of maps for a compound");
@@ -72,6 +93,9 @@ geometry::Part ReadPart(const Value& value, const std::string& what, Diagnostics
   if (count == 0) {
     diagnostics.Add(value.where(), "shape of " + what + " is missing",
                     "one of " + JoinAlternatives(ShapeKinds()));
+  }
+  if (const auto* hull = std::get_if<geometry::Hull>(&part.primitive)) {
+    return geometry::CentredPart(*hull, part.X_SP);
   }
   return part;
 }
@@ -183,7 +207,7 @@ class SceneParser {
     object.name = name;
     ObjectReader reader(value, what, diagnostics_);
     if (const Value* shape = reader.Required("shape", "such as {box: [0.1, 0.1, 0.1]}")) {
-      object.shape = ReadShape(*shape, what, diagnostics_);
+      object.shape = ReadShape(*shape, what, folder_, diagnostics_);
     }
     if (const Value* mass = reader.Optional("mass")) {
       object.mass = ReadPositive(*mass, "'mass' of " + what, diagnostics_);
@@ -224,8 +248,11 @@ class SceneParser {
     }
     for (const std::string& kind : ShapeKinds()) {
       if (const Value* solid = reader.Optional(kind)) {
-        region.form = ReadPrimitive(kind, *solid, what, diagnostics_);
+        region.form = ReadPrimitive(kind, *solid, value, folder_, what, diagnostics_);
         ++forms;
+        if (kind != "mesh") continue;
+        reader.Optional("scale");
+        reader.Optional("fill");
       }
     }
     if (value.is_object() && forms != 1) {
@@ -378,17 +405,18 @@ PoseSpec ReadPose(const Value& value, const std::string& what, bool allow_parent
   return pose;
 }
 
-geometry::Shape ReadShape(const Value& value, const std::string& what, Diagnostics& diagnostics) {
+geometry::Shape ReadShape(const Value& value, const std::string& what, const std::string& folder,
+                          Diagnostics& diagnostics) {
   geometry::Shape shape;
   if (!value.is_array()) {
-    shape.parts.push_back(ReadPart(value, what, diagnostics));
+    shape.parts.push_back(ReadPart(value, what, folder, diagnostics));
     return shape;
   }
   if (value.items().empty()) {
     diagnostics.Add(value.where(), "shape of " + what + " is an empty list", "at least one part");
     shape.parts.push_back({geometry::Sphere{1}, {}});
   }
-  for (const Value& part : value.items()) shape.parts.push_back(ReadPart(part, what, diagnostics));
+  for (const Value& part : value.items()) shape.parts.push_back(ReadPart(part, what, folder, diagnostics));
   return shape;
 }
 

@@ -22,9 +22,11 @@ struct PoseSpec {
 /// frame.
 PoseSpec ReadPose(const Value& value, const std::string& what, bool allow_parent, Diagnostics& diagnostics);
 
-/// Reads a shape: a map with one of box, sphere, capsule and cylinder, or a list of those, each with a pose:
-/// a compound.
-geometry::Shape ReadShape(const Value& value, const std::string& what, Diagnostics& diagnostics);
+/// Reads a shape: a map with one of box, sphere, capsule, cylinder, hull and mesh, or a list of those, each
+/// with a pose: a compound. The frame of a hull's part is moved to its centre of mass. Relative paths of
+/// meshes start from `folder`.
+geometry::Shape ReadShape(const Value& value, const std::string& what, const std::string& folder,
+                          Diagnostics& diagnostics);
 
 /// The scene of a document and the robot models it names.
 struct SceneReading {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/geometry/polytope.h"
 #include "tether/geometry/support.h"
 
 namespace tether::geometry {
@@ -11,6 +12,7 @@ double BoundingRadius(const Primitive& primitive) {
   if (const auto* box = std::get_if<Box>(&primitive)) return 0.5 * box->size.norm();
   if (const auto* sphere = std::get_if<Sphere>(&primitive)) return sphere->radius;
   if (const auto* capsule = std::get_if<Capsule>(&primitive)) return 0.5 * capsule->length + capsule->radius;
+  if (const auto* hull = std::get_if<Hull>(&primitive)) return hull->polytope->radius;
   const auto& cylinder = std::get<Cylinder>(primitive);
   return std::hypot(cylinder.radius, 0.5 * cylinder.length);
 }
@@ -24,6 +26,11 @@ double BoundingRadius(const Shape& shape) {
 }
 
 Aabb BoundingBox(const Primitive& primitive, const math::Pose& X_WP) {
+  if (const auto* hull = std::get_if<Hull>(&primitive)) {
+    Aabb box;
+    for (const Eigen::Vector3d& p : hull->polytope->vertices) box.Include({X_WP * p, X_WP * p});
+    return box;
+  }
   Eigen::Vector3d reach;
   for (int axis = 0; axis < 3; ++axis) reach[axis] = Support(primitive, X_WP.R.row(axis).transpose());
   return {X_WP.p - reach, X_WP.p + reach};

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "tether/geometry/polytope.h"
+
 namespace tether::geometry::internal {
 namespace {
 
@@ -17,6 +19,14 @@ double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y(
 struct Flat {
   std::array<Vector2d, 2 * Feature::kMaxPoints> points;
   int size = 0;
+
+  Flat() = default;
+  Flat(const Flat& other) { *this = other; }
+  Flat& operator=(const Flat& other) {
+    size = other.size;
+    std::copy_n(other.points.begin(), size, points.begin());
+    return *this;
+  }
 };
 
 Vector2d NearestOnSegment(const Vector2d& a, const Vector2d& b, const Vector2d& q) {
@@ -166,9 +176,54 @@ Flat Project(const Feature& feature, const Vector3d& u, const Vector3d& v) {
   return flat;
 }
 
+/// The corners that are extreme along d: those of a face whose normal d is, to within kParallel, or the ends
+/// of an edge that d is at right angles to, or one.
+Feature ExtremeFeatureOfHull(const Polytope& hull, const math::Pose& X, const Vector3d& d) {
+  Feature feature;
+  for (const Polytope::Face& face : hull.faces) {
+    if (face.normal.dot(d) < 0.9 || face.normal.cross(d).norm() > kParallel) continue;
+    const size_t count = face.corners.size();
+    feature.size = std::min(static_cast<int>(count), Feature::kMaxPoints);
+    for (int i = 0; i < feature.size; ++i) {
+      feature.points[i] = X * hull.vertices[face.corners[i * count / feature.size]];
+    }
+    return feature;
+  }
+  int top = 0;
+  for (size_t i = 1; i < hull.vertices.size(); ++i) {
+    if (d.dot(hull.vertices[i]) > d.dot(hull.vertices[top])) top = static_cast<int>(i);
+  }
+  feature.size = 1;
+  feature.points[0] = X * hull.vertices[top];
+  for (const Polytope::Edge& edge : hull.edges) {
+    if ((edge.from != top && edge.to != top) || std::abs(d.dot(edge.along)) > kParallel) continue;
+    feature.size = 2;
+    feature.points[1] = X * hull.vertices[edge.from == top ? edge.to : edge.from];
+    break;
+  }
+  return feature;
+}
+
 }  // namespace
 
+double Core::SupportOfHull(const Vector3d& d) const {
+  double greatest = -1e300;
+  for (const Vector3d& p : hull->vertices) greatest = std::max(greatest, d.dot(p));
+  return greatest;
+}
+
 Vector3d Core::SupportPoint(const Vector3d& d) const {
+  if (disc < 0) {
+    const Vector3d* best = &hull->vertices[0];
+    double greatest = d.dot(*best);
+    for (const Vector3d& p : hull->vertices) {
+      const double there = d.dot(p);
+      if (there <= greatest) continue;
+      greatest = there;
+      best = &p;
+    }
+    return *best;
+  }
   Vector3d p(d.x() >= 0 ? half.x() : -half.x(), d.y() >= 0 ? half.y() : -half.y(),
              d.z() >= 0 ? half.z() : -half.z());
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
@@ -190,6 +245,10 @@ Core MakeCore(const Primitive& primitive) {
     core.kind = capsule->length > 0 ? Core::Kind::kSegment : Core::Kind::kPoint;
     core.half.z() = 0.5 * capsule->length;
     core.rounding = capsule->radius;
+  } else if (const auto* hull = std::get_if<Hull>(&primitive)) {
+    core.kind = Core::Kind::kHull;
+    core.disc = -1;
+    core.hull = hull->polytope.get();
   } else {
     const auto& cylinder = std::get<Cylinder>(primitive);
     core.kind = Core::Kind::kCylinder;
@@ -201,10 +260,11 @@ Core MakeCore(const Primitive& primitive) {
 
 Feature ExtremeFeature(const Core& core, const math::Pose& X, const Vector3d& n) {
   const Vector3d d = X.R.transpose() * n;
+  if (core.disc < 0) return ExtremeFeatureOfHull(*core.hull, X, d);
   Feature feature;
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
   if (core.disc > 0 && across <= kParallel) {
-    feature.size = Feature::kMaxPoints;
+    feature.size = Feature::kDiscPoints;
     for (int i = 0; i < feature.size; ++i) {
       const double angle = 2 * std::numbers::pi * i / feature.size;
       feature.points[i] = X * Vector3d(core.disc * std::cos(angle), core.disc * std::sin(angle),
@@ -240,8 +300,8 @@ double WitnessAlong(const Query& query, const Vector3d& n, Gap* gap) {
     const Vector3d u = n.unitOrthogonal();
     const Vector3d v = n.cross(u);
     const auto across = [&](const Vector3d& p) { return Vector2d(u.dot(p), v.dot(p)); };
-    const bool disc_a = query.a.disc > 0 && a.size == Feature::kMaxPoints;
-    const bool disc_b = query.b.disc > 0 && b.size == Feature::kMaxPoints;
+    const bool disc_a = query.a.disc > 0 && a.size == Feature::kDiscPoints;
+    const bool disc_b = query.b.disc > 0 && b.size == Feature::kDiscPoints;
     Vector2d centre;
     if (disc_a && disc_b) {
       centre = LensCentre(Vector2d::Zero(), query.a.disc, across(query.X_AB.p), query.b.disc, &miss);

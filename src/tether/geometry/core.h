@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -17,21 +18,29 @@ inline constexpr double kTie = 1e-10;
 
 /// A primitive without its rounding: a box with half sides `half` (some may be 0: a point, a segment along z)
 /// plus a disc of radius `disc` across z. The primitive is the core with a ball of radius `rounding` added,
-/// so that its signed distances are those of the core less `rounding`, inside and outside.
+/// so that its signed distances are those of the core less `rounding`, inside and outside. A hull is its own
+/// core; its `half` is zero and its `disc` is −1, so that the other kinds don't pay for it.
 struct Core {
-  enum class Kind { kPoint, kSegment, kBox, kCylinder };
+  enum class Kind { kPoint, kSegment, kBox, kCylinder, kHull };
   Kind kind = Kind::kPoint;
   Eigen::Vector3d half = Eigen::Vector3d::Zero();
   double disc = 0;
   double rounding = 0;
+  const Polytope* hull = nullptr;
 
   /// max over the core of d · x.
   double Support(const Eigen::Vector3d& d) const {
     return std::abs(d.x()) * half.x() + std::abs(d.y()) * half.y() + std::abs(d.z()) * half.z() +
-           (disc > 0 ? disc * std::sqrt(d.x() * d.x() + d.y() * d.y()) : 0.0);
+           (disc != 0 ? SupportAcross(d) : 0.0);
   }
   /// A point of the core where d · x is greatest.
   Eigen::Vector3d SupportPoint(const Eigen::Vector3d& d) const;
+
+ private:
+  double SupportAcross(const Eigen::Vector3d& d) const {
+    return disc > 0 ? disc * std::sqrt(d.x() * d.x() + d.y() * d.y()) : SupportOfHull(d);
+  }
+  double SupportOfHull(const Eigen::Vector3d& d) const;
 };
 
 Core MakeCore(const Primitive& primitive);
@@ -54,13 +63,15 @@ struct Query {
   /// The extent of B along n less that of A: a lower bound of the signed distance for every unit n, equal to
   /// it for the best n.
   double Separation(const Eigen::Vector3d& n) const {
-    return n.dot(X_AB.p) - a.Support(n) - b.Support(X_AB.R.transpose() * n);
+    return n.dot(X_AB.p) - a.Support(n) - b.Support(-(X_AB.R.transpose() * n));
   }
 };
 
-/// A flat set of extreme points of a core: a point, a segment, a rectangle or a 16-gon in order around it.
+/// A flat set of extreme points of a core: a point, a segment, a rectangle, a 16-gon that stands for a disc
+/// or a hull's face, in order around it. Faces with more corners are thinned out to kMaxPoints.
 struct Feature {
-  static constexpr int kMaxPoints = 16;
+  static constexpr int kDiscPoints = 16;
+  static constexpr int kMaxPoints = 48;
   std::array<Eigen::Vector3d, kMaxPoints> points;
   int size = 0;
 };
@@ -110,16 +121,35 @@ Gap PointCylinder(const Query& query);
 Gap SegmentCylinder(const Query& query);
 Gap BoxCylinder(const Query& query);
 Gap CylinderCylinder(const Query& query);
+Gap PointHull(const Query& query);
+Gap SegmentHull(const Query& query);
+Gap BoxHull(const Query& query);
+Gap CylinderHull(const Query& query);
+Gap HullHull(const Query& query);
 
-/// The signed distance from a point to a box or cylinder at the origin: nearest surface point and outward
-/// normal.
+/// p_B − p_A of the support points along n: the gradient of the separation in n. The separation is the least
+/// of g · n over all differences g of points, so that any of them bounds it from above.
+inline Eigen::Vector3d SupportDifference(const Query& query, const Eigen::Vector3d& n) {
+  return query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * n)) - query.a.SupportPoint(n);
+}
+
+/// The signed distance from a point to a box, cylinder or hull at the origin: nearest surface point and
+/// outward normal.
 struct Foot {
   double distance = 0;
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
 };
 Foot FootOnBox(const Eigen::Vector3d& half, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
+Foot FootOnHull(const Polytope& hull, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
 Foot FootOnCylinder(double radius, double half_length, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
+
+/// The point of a cylinder at the origin that is nearest to q: q itself where it is inside.
+inline Eigen::Vector3d NearestOfCylinder(double radius, double half_length, const Eigen::Vector3d& q) {
+  const double across = std::hypot(q.x(), q.y());
+  const double scale = across > radius ? radius / across : 1.0;
+  return {scale * q.x(), scale * q.y(), std::clamp(q.z(), -half_length, half_length)};
+}
 
 /// The parameter in [0, 1] of the point of the segment p + t d that is nearest to a solid, the middle of them
 /// where they are many. The segment must not meet the solid.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/core.h"
+#include "tether/geometry/normal_search.h"
 
 namespace tether::geometry::internal {
 namespace {
@@ -22,237 +23,6 @@ Gap FromPoints(const Vector3d& p_A, const Vector3d& p_B) {
   return {distance, p_A, p_B, (p_B - p_A) / distance};
 }
 
-Vector3d ClampToCylinder(double radius, double half, const Vector3d& q) {
-  const double across = std::hypot(q.x(), q.y());
-  const double scale = across > radius ? radius / across : 1.0;
-  return {scale * q.x(), scale * q.y(), std::clamp(q.z(), -half, half)};
-}
-
-/// The root of f in [lower, upper], where f(lower) ≤ 0 ≤ f(upper) (Illinois: regula falsi that halves the
-/// weight of an end that stays). Stops at 1e-13 of the unit.
-template <class F>
-double FindRoot(const F& f, double lower, double f_lower, double upper, double f_upper) {
-  for (int i = 0; i < 80 && upper - lower > 1e-13; ++i) {
-    const double gain = f_upper - f_lower;
-    double x = gain > 0 ? lower - f_lower * (upper - lower) / gain : 0.5 * (lower + upper);
-    if (i % 8 == 7 || !(x > lower && x < upper)) x = 0.5 * (lower + upper);
-    const double value = f(x);
-    if (value == 0) return x;
-    if (value < 0) {
-      lower = x;
-      f_lower = value;
-      f_upper *= 0.5;
-    } else {
-      upper = x;
-      f_upper = value;
-      f_lower *= 0.5;
-    }
-  }
-  return 0.5 * (lower + upper);
-}
-
-/// p_B − p_A of the support points along n: the gradient of the separation in n.
-Vector3d SupportDifference(const Query& query, const Vector3d& n) {
-  return query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * n)) - query.a.SupportPoint(n);
-}
-
-/// The cosine and sine of evenly spaced angles.
-struct CircleTable {
-  static constexpr int kSize = 32;
-  std::array<double, kSize> cosine, sine;
-  CircleTable() {
-    for (int i = 0; i < kSize; ++i) {
-      cosine[i] = std::cos(2 * pi * i / kSize);
-      sine[i] = std::sin(2 * pi * i / kSize);
-    }
-  }
-};
-const CircleTable kCircle;
-
-/// A better normal than the best so far is sought only where one might gain more than this, m.
-constexpr double kGain = 4e-6;
-
-/// The separation is the least of g · n over the differences g of points of B and A. So at every n it is at
-/// most g · n of any one of them: with supports at sampled normals this bounds it between the samples, and a
-/// branch-and-bound finds its greatest value for certain.
-class CircleSearch {
- public:
-  CircleSearch(const Query& query, const Vector3d& axis, BestNormal* best)
-      : query_(query), best_(best), u_(UpAcross(axis, query.up_A)), v_(axis.cross(u_)) {}
-
-  void Run() {
-    constexpr int kSize = CircleTable::kSize;
-    std::array<Sample, kSize + 1> samples;
-    for (int i = 0; i < kSize; ++i) samples[i] = Take(2 * pi * i / kSize, kCircle.cosine[i], kCircle.sine[i]);
-    samples[kSize] = samples[0];
-    samples[kSize].angle = 2 * pi;
-    best_->Try(u_, 1);
-    for (int i = 0; i < kSize; ++i) Polish(samples[i], samples[i + 1]);
-    for (int i = 0; i < kSize; ++i) Split(samples[i], samples[i + 1], 0);
-  }
-
- private:
-  struct Sample {
-    double angle = 0;
-    Vector3d n, g;
-    double value = 0, slope = 0;
-  };
-
-  Sample Take(double angle, double cosine, double sine) const {
-    Sample sample;
-    sample.angle = angle;
-    sample.n = cosine * u_ + sine * v_;
-    sample.g = SupportDifference(query_, sample.n);
-    sample.value = sample.g.dot(sample.n);
-    sample.slope = sample.g.dot(cosine * v_ - sine * u_);
-    return sample;
-  }
-  Sample Take(double angle) const { return Take(angle, std::cos(angle), std::sin(angle)); }
-
-  /// An upper bound of the separation between two samples: g · n is convex in the angle where it is negative,
-  /// so chords bound it; where it is positive it rises above its chord by at most its size times width² / 8.
-  double Bound(const Sample& a, const Sample& b) const {
-    const double a_at_b = a.g.dot(b.n);
-    const double b_at_a = b.g.dot(a.n);
-    const double width = b.angle - a.angle;
-    const double slack = std::max(0.0, std::max({a.value, b.value, a_at_b, b_at_a})) * width * width / 7;
-    const double drop_a = b_at_a - a.value;  // ≥ 0: b's chord starts above a's
-    const double drop_b = a_at_b - b.value;  // ≥ 0: and ends below
-    const double sum = drop_a + drop_b;
-    const double t = sum > 0 ? std::clamp(drop_a / sum, 0.0, 1.0) : 0.0;
-    return std::max({a.value, b.value, a.value + t * (a_at_b - a.value)}) + slack;
-  }
-
-  void Polish(const Sample& a, const Sample& b) {
-    if (!(a.slope >= 0 && b.slope <= 0) || Bound(a, b) <= best_->separation()) return;
-    const double angle =
-        FindRoot([this](double t) { return -Take(t).slope; }, a.angle, -a.slope, b.angle, -b.slope);
-    best_->Try(std::cos(angle) * u_ + std::sin(angle) * v_, 1);
-  }
-
-  void Split(const Sample& a, const Sample& b, int depth) {
-    if (depth > 24 || Bound(a, b) <= best_->separation() + kGain) return;
-    const Sample middle = Take(0.5 * (a.angle + b.angle));
-    if (middle.value > best_->separation()) {
-      Polish(a, middle);
-      Polish(middle, b);
-    }
-    Split(a, middle, depth + 1);
-    Split(middle, b, depth + 1);
-  }
-
-  const Query& query_;
-  BestNormal* best_;
-  Vector3d u_, v_;
-};
-
-/// Tries the unit normals across `axis`. They belong to the ruled pieces of the Minkowski difference: a
-/// straight edge along `axis` against a rim, or a cylinder's side.
-void TryCircle(const Query& query, const Vector3d& axis, BestNormal* best) {
-  CircleSearch(query, axis, best).Run();
-}
-
-/// The derivative of a support function's gradient, R (I − …) R^T for the disc of a core: zero for its box
-/// part.
-Eigen::Matrix3d DiscCurvature(const Core& core, const Eigen::Matrix3d& R, const Vector3d& n) {
-  const Vector3d axis = R.col(2);
-  const Vector3d across = n - n.dot(axis) * axis;
-  const double length = across.norm();
-  if (length < 1e-9) return Eigen::Matrix3d::Zero();
-  const Vector3d tangent = axis.cross(across / length);
-  return core.disc / length * tangent * tangent.transpose();
-}
-
-/// Climbs the separation over the unit sphere from n: Newton's method, with the plain gradient where it
-/// fails.
-Vector3d Climb(const Query& query, Vector3d n) {
-  double value = query.Separation(n);
-  for (int i = 0; i < 40; ++i) {
-    const Vector3d u = n.unitOrthogonal();
-    const Vector3d v = n.cross(u);
-    const Vector3d g = SupportDifference(query, n);
-    const Eigen::Vector2d slope(u.dot(g), v.dot(g));
-    if (slope.norm() < 1e-13) break;
-    const Eigen::Matrix3d curvature =
-        DiscCurvature(query.a, Eigen::Matrix3d::Identity(), n) + DiscCurvature(query.b, query.X_AB.R, n);
-    // On the sphere the Hessian of −separation is that of the supports plus (n·g) I.
-    Eigen::Matrix2d hessian;
-    hessian << u.dot(curvature * u), u.dot(curvature * v), v.dot(curvature * u), v.dot(curvature * v);
-    hessian += n.dot(g) * Eigen::Matrix2d::Identity();
-    const double determinant = hessian.determinant();
-    Eigen::Vector2d step = slope / (std::abs(n.dot(g)) + hessian.norm() + 1e-9);
-    if (determinant > 0 && hessian.trace() > 0) {
-      step = Eigen::Vector2d(hessian(1, 1) * slope.x() - hessian(0, 1) * slope.y(),
-                             hessian(0, 0) * slope.y() - hessian(1, 0) * slope.x()) /
-             determinant;
-      const double length = step.norm();
-      if (length > 0.3) step *= 0.3 / length;
-    }
-    bool gained = false;
-    for (int halving = 0; halving < 12 && !gained; ++halving, step *= 0.3) {
-      const Vector3d trial = (n + step.x() * u + step.y() * v).normalized();
-      const double there = query.Separation(trial);
-      if (there > value) {
-        gained = true;
-        n = trial;
-        value = there;
-      }
-    }
-    if (!gained) break;
-  }
-  return n;
-}
-
-/// Tries all normals, for rim against rim, whose Minkowski difference is curved both ways: branch-and-bound
-/// over spherical triangles, with the bound that CircleSearch explains.
-class SphereSearch {
- public:
-  SphereSearch(const Query& query, BestNormal* best) : query_(query), best_(best) {}
-
-  void Run() {
-    std::array<Sample, 6> corner;
-    for (int i = 0; i < 6; ++i) corner[i] = Take((i % 2 == 0 ? 1.0 : -1.0) * Vector3d::Unit(i / 2));
-    for (int octant = 0; octant < 8; ++octant) {
-      Split(corner[octant & 1], corner[2 + ((octant >> 1) & 1)], corner[4 + (octant >> 2)], 0);
-    }
-  }
-
- private:
-  struct Sample {
-    Vector3d n, g;
-    double value = 0;
-  };
-
-  Sample Take(const Vector3d& n) const {
-    const Vector3d g = SupportDifference(query_, n);
-    return {n, g, g.dot(n)};
-  }
-
-  void Split(const Sample& a, const Sample& b, const Sample& c, int depth) {
-    // The mean g is linear, so over the flat triangle it is greatest at a corner; the sphere lies outside of
-    // it.
-    const Vector3d g = (a.g + b.g + c.g) / 3;
-    double bound = std::max({g.dot(a.n), g.dot(b.n), g.dot(c.n)});
-    if (bound > 0) bound /= std::max(0.5, (a.n + b.n + c.n).norm() / 3);
-    if (depth > 14 || (depth > 0 && bound <= best_->separation() + kGain)) return;
-    const double value = std::max({a.value, b.value, c.value});
-    if (value > best_->separation() + kTie) {
-      const Sample& top = a.value == value ? a : b.value == value ? b : c;
-      best_->Try(Climb(query_, top.n), 2);
-    }
-    const Sample ab = Take((a.n + b.n).normalized());
-    const Sample bc = Take((b.n + c.n).normalized());
-    const Sample ca = Take((c.n + a.n).normalized());
-    Split(ab, bc, ca, depth + 1);
-    Split(a, ab, ca, depth + 1);
-    Split(ab, b, bc, depth + 1);
-    Split(ca, bc, c, depth + 1);
-  }
-
-  const Query& query_;
-  BestNormal* best_;
-};
-
 /// The point of the rim with the given centre (in the frame of the cylinder `core`) that is nearest to the
 /// cylinder.
 struct RimPoint {
@@ -267,7 +37,7 @@ RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_r
     return Vector3d(centre + rim_radius * (std::cos(angle) * u + std::sin(angle) * v));
   };
   const auto excess = [&](const Vector3d& q) {
-    return Vector3d(q - ClampToCylinder(core.disc, core.half.z(), q));
+    return Vector3d(q - NearestOfCylinder(core.disc, core.half.z(), q));
   };
   const auto slope = [&](double angle) {
     return excess(point(angle)).dot(std::cos(angle) * v - std::sin(angle) * u);
@@ -301,7 +71,7 @@ Foot FootOnCylinder(double radius, double half, const Vector3d& q, const Vector3
   const double past_cap = std::abs(q.z()) - half;
   if (past_side > 0 && past_cap > 0) {
     Foot foot;
-    foot.p = ClampToCylinder(radius, half, q);
+    foot.p = NearestOfCylinder(radius, half, q);
     foot.distance = (q - foot.p).norm();
     if (foot.distance > 1e-12) {
       foot.n = (q - foot.p) / foot.distance;
@@ -345,7 +115,7 @@ double NearestParameterToCylinder(double radius, double half, const Vector3d& p,
   }
   const auto slope = [&](double t) {
     const Vector3d q = p + t * d;
-    return d.dot(q - ClampToCylinder(radius, half, q));
+    return d.dot(q - NearestOfCylinder(radius, half, q));
   };
   const double slope_0 = slope(0);
   if (slope_0 >= 0) return 0;
@@ -368,7 +138,7 @@ Gap SegmentCylinder(const Query& query) {
   const Vector3d along = 2 * half * R.row(2).transpose();
   const double t = NearestParameterToCylinder(query.b.disc, query.b.half.z(), start, along);
   const Vector3d p_A(0, 0, half * (2 * t - 1));
-  const Vector3d p_B = query.X_AB * ClampToCylinder(query.b.disc, query.b.half.z(), start + t * along);
+  const Vector3d p_B = query.X_AB * NearestOfCylinder(query.b.disc, query.b.half.z(), start + t * along);
   if ((p_B - p_A).norm() > kTouching) return FromPoints(p_A, p_B);
 
   BestNormal best(query);
@@ -412,11 +182,11 @@ Gap BoxCylinder(const Query& query) {
       const Vector3d start_B = R.transpose() * (start - query.X_AB.p);
       const Vector3d middle_B = start_B + 0.5 * along_B;
       const double bound =
-          (middle_B - ClampToCylinder(query.b.disc, query.b.half.z(), middle_B)).norm() - half[axis];
+          (middle_B - NearestOfCylinder(query.b.disc, query.b.half.z(), middle_B)).norm() - half[axis];
       if (bound > 0 && bound * bound >= nearest2) continue;
       const double t = NearestParameterToCylinder(query.b.disc, query.b.half.z(), start_B, along_B);
       const Vector3d q_B = start_B + t * along_B;
-      const Vector3d foot_B = ClampToCylinder(query.b.disc, query.b.half.z(), q_B);
+      const Vector3d foot_B = NearestOfCylinder(query.b.disc, query.b.half.z(), q_B);
       const double distance2 = (q_B - foot_B).squaredNorm();
       if (distance2 >= nearest2) continue;
       nearest2 = distance2;
@@ -467,14 +237,14 @@ Gap CylinderCylinder(const Query& query) {
     if (on_a.distance2 < nearest2) {
       nearest2 = on_a.distance2;
       gap.p_A = query.X_AB * on_a.p;
-      gap.p_B = query.X_AB * ClampToCylinder(query.b.disc, query.b.half.z(), on_a.p);
+      gap.p_B = query.X_AB * NearestOfCylinder(query.b.disc, query.b.half.z(), on_a.p);
     }
     const RimPoint on_b =
         NearestOnRim(query.X_AB.p + end * query.b.half.z() * axis_B, axis_B, query.b.disc, query.a);
     if (on_b.distance2 < nearest2) {
       nearest2 = on_b.distance2;
       gap.p_B = on_b.p;
-      gap.p_A = ClampToCylinder(query.a.disc, query.a.half.z(), on_b.p);
+      gap.p_A = NearestOfCylinder(query.a.disc, query.a.half.z(), on_b.p);
     }
   }
   // A rim may stay clear of the other solid although the two overlap: ask for a normal that tells them apart.
@@ -484,7 +254,7 @@ Gap CylinderCylinder(const Query& query) {
   }
   TryCircle(query, Vector3d::UnitZ(), &best);
   TryCircle(query, axis_B, &best);
-  SphereSearch(query, &best).Run();
+  TrySphere(query, &best);
   WitnessAlong(query, best.n(), &gap);
   return gap;
 }

@@ -13,11 +13,14 @@ using internal::Core;
 using internal::Gap;
 using internal::Query;
 
-Gap (*const kKernels[4][4])(const Query&) = {
-    {internal::PointPoint, internal::PointSegment, internal::PointBox, internal::PointCylinder},
-    {nullptr, internal::SegmentSegment, internal::SegmentBox, internal::SegmentCylinder},
-    {nullptr, nullptr, internal::BoxBox, internal::BoxCylinder},
-    {nullptr, nullptr, nullptr, internal::CylinderCylinder}};
+Gap (*const kKernels[5][5])(const Query&) = {
+    {internal::PointPoint, internal::PointSegment, internal::PointBox, internal::PointCylinder,
+     internal::PointHull},
+    {nullptr, internal::SegmentSegment, internal::SegmentBox, internal::SegmentCylinder,
+     internal::SegmentHull},
+    {nullptr, nullptr, internal::BoxBox, internal::BoxCylinder, internal::BoxHull},
+    {nullptr, nullptr, nullptr, internal::CylinderCylinder, internal::CylinderHull},
+    {nullptr, nullptr, nullptr, nullptr, internal::HullHull}};
 
 Distance CoreDistance(const Core& a, const math::Pose& X_WA, const Core& b, const math::Pose& X_WB) {
   const bool swapped = a.kind > b.kind;

@@ -9,6 +9,7 @@
 
 #include "tether/common/random.h"
 #include "tether/geometry/distance.h"
+#include "tether/geometry/polytope.h"
 #include "tether/geometry/reference.h"
 
 namespace tether::geometry {
@@ -16,12 +17,40 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kKinds = 4;
+constexpr int kKinds = 5;
 
 double RandomSize(Random& random) {
   // Mostly the size of things on a table, sometimes thin or large.
   if (random.Index(8) == 0) return random.Index(2) == 0 ? 0.005 : 2.0;
   return random.Uniform(0.02, 0.3);
+}
+
+Vector3d RandomDirection(Random& random) {
+  return Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+}
+
+/// Four to sixty corners: a cloud of points in a ball, a prism or pyramid, or a box with a corner cut off.
+Primitive RandomHull(const Vector3d& size, Random& random) {
+  const int form = random.Index(4);
+  const int corners = form == 0 ? 4 + random.Index(57) : 3 + random.Index(28);
+  for (;;) {
+    std::vector<Vector3d> points;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / corners;
+      const Vector3d rim(0.5 * std::cos(angle), 0.5 * std::sin(angle), 0.5);
+      if (form == 0) points.push_back(0.5 * RandomDirection(random));
+      if (form == 1) points.insert(points.end(), {rim, rim - Vector3d::UnitZ()});
+      if (form == 2) points.insert(points.end(), {rim, {0.1, 0.2, -0.5}});
+    }
+    if (form == 3) {
+      for (int i = 0; i < 7; ++i) {
+        points.emplace_back(0.5 - (i & 1), 0.5 - ((i >> 1) & 1), 0.5 - ((i >> 2) & 1));
+      }
+      points.insert(points.end(), {{-0.2, -0.5, -0.5}, {-0.5, -0.3, -0.5}, {-0.5, -0.5, 0.1}});
+    }
+    for (Vector3d& p : points) p = p.cwiseProduct(size);
+    if (const HullResult made = MakeHull(points); made.hull) return *made.hull;
+  }
 }
 
 Primitive RandomPrimitive(int kind, Random& random) {
@@ -35,8 +64,10 @@ Primitive RandomPrimitive(int kind, Random& random) {
       return Sphere{0.5 * a};
     case 2:
       return Capsule{0.5 * a, b};
-    default:
+    case 3:
       return Cylinder{0.5 * a, b};
+    default:
+      return RandomHull({a, b, c}, random);
   }
 }
 
@@ -44,10 +75,6 @@ Eigen::Matrix3d RandomRotation(Random& random) {
   return Eigen::Quaterniond(random.Normal(), random.Normal(), random.Normal(), random.Normal())
       .normalized()
       .toRotationMatrix();
-}
-
-Vector3d RandomDirection(Random& random) {
-  return Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
 }
 
 /// A rotation by a multiple of a quarter turn about a random axis of the frame.
@@ -106,7 +133,8 @@ std::vector<PairReport> BenchmarkDistances(int pairs_per_kind, uint64_t seed) {
         report.kind_a = KindName(cases[0].a);
         report.kind_b = KindName(cases[0].b);
       }
-      report.iterative = kind_b == 3 && kind_a != 1;  // only a sphere meets a cylinder in closed form
+      // Only a sphere meets a cylinder in closed form.
+      report.iterative = (kind_a == 3 || kind_b == 3) && kind_a != 1;
 
       std::vector<Distance> fast(cases.size());
       const auto start = std::chrono::steady_clock::now();

@@ -20,7 +20,7 @@ struct PairReport {
   double bound() const { return iterative ? 1e-5 : 1e-6; }
 };
 
-/// Compares all ten pairs of kinds on `pairs_per_kind` pose pairs each: random sizes from millimetres to
+/// Compares all fifteen pairs of kinds on `pairs_per_kind` pose pairs each: random sizes from millimetres to
 /// metres, random poses apart and overlapping, one in five aligned, touching or with coincident centres.
 /// Everything but the times is a function of the seed. About 1 ms of computation per pose pair.
 std::vector<PairReport> BenchmarkDistances(int pairs_per_kind, uint64_t seed);

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/core.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::geometry {
 namespace {
@@ -50,6 +51,19 @@ void CutSlab(const Vector3d& o, const Vector3d& d, int axis, double half, Span* 
   const double sign = d[axis] > 0 ? 1 : -1;
   span->Enter((-sign * half - o[axis]) / d[axis], -sign * n);
   span->Leave((sign * half - o[axis]) / d[axis], sign * n);
+}
+
+/// Cuts the span to the half space n · x ≤ offset.
+void CutHalfSpace(const Vector3d& o, const Vector3d& d, const Vector3d& n, double offset, Span* span) {
+  const double rate = n.dot(d);
+  const double past = n.dot(o) - offset;
+  if (rate == 0) {
+    if (past > 0) span->Clear();
+  } else if (rate > 0) {
+    span->Leave(-past / rate, n);
+  } else {
+    span->Enter(-past / rate, n);
+  }
 }
 
 /// The span of the set where |P(o − centre + t d)| ≤ radius, with P the projection on the first `dimension`
@@ -107,6 +121,12 @@ Span SpanInside(const Primitive& solid, const Vector3d& o, const Vector3d& d) {
     Cover(RoundSpan(o + top, d, capsule->radius, 3), &span);
     return span;
   }
+  if (const auto* hull = std::get_if<Hull>(&solid)) {
+    Span span;
+    for (const Polytope::Face& face : hull->polytope->faces)
+      CutHalfSpace(o, d, face.normal, face.offset, &span);
+    return span;
+  }
   const auto& cylinder = std::get<Cylinder>(solid);
   Span span = RoundSpan(o, d, cylinder.radius, 2);
   if (!span.empty()) CutSlab(o, d, 2, 0.5 * cylinder.length, &span);
@@ -135,6 +155,9 @@ PointDistance DistanceToPoint(const Primitive& solid, const math::Pose& X_WS, co
     }
     case internal::Core::Kind::kBox:
       foot = internal::FootOnBox(core.half, q, up);
+      break;
+    case internal::Core::Kind::kHull:
+      foot = internal::FootOnHull(*core.hull, q, up);
       break;
     case internal::Core::Kind::kCylinder:
       foot = internal::FootOnCylinder(core.disc, core.half.z(), q, up);

@@ -1,6 +1,7 @@
 #include "tether/geometry/reference.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/common/random.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::geometry {
 namespace {
@@ -61,6 +63,44 @@ std::vector<Vector3d> SphereSample(int count) {
   return directions;
 }
 
+/// The nearest of all points of all triangles (Ericson, Real-Time Collision Detection, section 5.1.5, finds
+/// one by regions; here each triangle's plane, edges and corners are simply all looked at).
+Vector3d ProjectOnHull(const Polytope& hull, const Vector3d& q) {
+  bool inside = true;
+  for (const Polytope::Face& face : hull.faces) inside = inside && face.normal.dot(q) <= face.offset;
+  if (inside) return q;
+  Vector3d nearest = hull.vertices[0];
+  const auto offer = [&](const Vector3d& p) {
+    if ((p - q).squaredNorm() < (nearest - q).squaredNorm()) nearest = p;
+  };
+  for (const Polytope::Face& face : hull.faces) {
+    for (size_t i = 1; i + 1 < face.corners.size(); ++i) {
+      const std::array<Vector3d, 3> t = {hull.vertices[face.corners[0]], hull.vertices[face.corners[i]],
+                                         hull.vertices[face.corners[i + 1]]};
+      const Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+      const Vector3d foot = q - n * n.dot(q - t[0]);
+      bool within = true;
+      for (int k = 0; k < 3; ++k) {
+        const Vector3d d = t[(k + 1) % 3] - t[k];
+        within = within && n.dot(d.cross(foot - t[k])) >= 0;
+        offer(t[k] + std::clamp((q - t[k]).dot(d) / d.squaredNorm(), 0.0, 1.0) * d);
+      }
+      if (within) offer(foot);
+    }
+  }
+  return nearest;
+}
+
+/// Directions in which a solid alone may have a sharp peak of separation, of either sign.
+std::vector<Vector3d> FaceNormals(const Primitive& primitive) {
+  if (const auto* hull = std::get_if<Hull>(&primitive)) {
+    std::vector<Vector3d> normals;
+    for (const Polytope::Face& face : hull->polytope->faces) normals.push_back(face.normal);
+    return normals;
+  }
+  return {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+}
+
 }  // namespace
 
 double SlowSupport(const Primitive& primitive, const Vector3d& d) {
@@ -68,6 +108,11 @@ double SlowSupport(const Primitive& primitive, const Vector3d& d) {
   if (const auto* sphere = std::get_if<Sphere>(&primitive)) return sphere->radius * d.norm();
   if (const auto* capsule = std::get_if<Capsule>(&primitive)) {
     return 0.5 * capsule->length * std::abs(d.z()) + capsule->radius * d.norm();
+  }
+  if (const auto* hull = std::get_if<Hull>(&primitive)) {
+    double greatest = -1e300;
+    for (const Vector3d& p : hull->polytope->vertices) greatest = std::max(greatest, p.dot(d));
+    return greatest;
   }
   const auto& cylinder = std::get<Cylinder>(primitive);
   return 0.5 * cylinder.length * std::abs(d.z()) + cylinder.radius * d.head<2>().norm();
@@ -85,6 +130,7 @@ Vector3d SlowProject(const Primitive& primitive, const Vector3d& q) {
     const Vector3d off = q - centre;
     return off.norm() > capsule->radius ? Vector3d(centre + off.normalized() * capsule->radius) : q;
   }
+  if (const auto* hull = std::get_if<Hull>(&primitive)) return ProjectOnHull(*hull->polytope, q);
   const auto& cylinder = std::get<Cylinder>(primitive);
   Vector3d p = q;
   const double across = q.head<2>().norm();
@@ -101,6 +147,13 @@ double SlowSurfaceMiss(const Primitive& primitive, const Vector3d& q) {
   if (const auto* capsule = std::get_if<Capsule>(&primitive)) {
     const double z = std::clamp(q.z(), -0.5 * capsule->length, 0.5 * capsule->length);
     return capsule->radius - (q - Vector3d(0, 0, z)).norm();
+  }
+  if (const auto* hull = std::get_if<Hull>(&primitive)) {
+    double depth = 1e300;
+    for (const Polytope::Face& face : hull->polytope->faces) {
+      depth = std::min(depth, face.offset - face.normal.dot(q));
+    }
+    return depth;
   }
   const auto& cylinder = std::get<Cylinder>(primitive);
   return std::min(cylinder.radius - q.head<2>().norm(), 0.5 * cylinder.length - std::abs(q.z()));
@@ -139,18 +192,19 @@ SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primit
   starts.resize(kKept);
   // Thin solids have peaks too narrow for the sample; they stand at normals of faces and across pairs of
   // axes.
-  for (int i = 0; i < 3; ++i) {
-    for (const Vector3d& n : {Vector3d(X_WA.R.col(i)), Vector3d(X_WB.R.col(i))}) {
-      for (const double sign : {1.0, -1.0}) {
-        starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
-      }
+  const auto start_at = [&](const Vector3d& n) {
+    for (const double sign : {1.0, -1.0}) {
+      starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
     }
+  };
+  const std::vector<Vector3d> of_a = FaceNormals(a);
+  const std::vector<Vector3d> of_b = FaceNormals(b);
+  for (const Vector3d& n : of_a) start_at(X_WA.R * n);
+  for (const Vector3d& n : of_b) start_at(X_WB.R * n);
+  for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       const Vector3d n = X_WA.R.col(i).cross(X_WB.R.col(j)).normalized();
-      if (!(n.norm() > 0.5)) continue;
-      for (const double sign : {1.0, -1.0}) {
-        starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
-      }
+      if (n.norm() > 0.5) start_at(n);
     }
   }
   Random random(1);

@@ -3,10 +3,11 @@
 #include <numbers>
 
 #include "tether/common/overloaded.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::geometry {
 std::string KindName(const Primitive& primitive) {
-  static const char* const names[] = {"box", "sphere", "capsule", "cylinder"};
+  static const char* const names[] = {"box", "sphere", "capsule", "cylinder", "hull"};
   return names[primitive.index()];
 }
 
@@ -19,8 +20,14 @@ double Volume(const Primitive& primitive) {
           [](const Capsule& capsule) {
             return pi * capsule.radius * capsule.radius * (capsule.length + 4.0 / 3.0 * capsule.radius);
           },
-          [](const Cylinder& cylinder) { return pi * cylinder.radius * cylinder.radius * cylinder.length; }},
+          [](const Cylinder& cylinder) { return pi * cylinder.radius * cylinder.radius * cylinder.length; },
+          [](const Hull& hull) { return hull.polytope->volume; }},
       primitive);
+}
+
+Eigen::Vector3d CentreOfMass(const Primitive& primitive) {
+  const auto* hull = std::get_if<Hull>(&primitive);
+  return hull != nullptr ? hull->polytope->centroid : Eigen::Vector3d::Zero();
 }
 
 Eigen::Vector3d CentreOfMass(const Shape& shape) {
@@ -29,7 +36,7 @@ Eigen::Vector3d CentreOfMass(const Shape& shape) {
   for (const Part& part : shape.parts) {
     const double volume = Volume(part.primitive);
     total += volume;
-    moment += volume * part.X_SP.p;  // every primitive is centred in its own frame
+    moment += volume * (part.X_SP * CentreOfMass(part.primitive));
   }
   return total > 0 ? Eigen::Vector3d(moment / total) : Eigen::Vector3d::Zero();
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -29,8 +30,16 @@ struct Cylinder {
   double length;  ///< Full height, m.
 };
 
+struct Polytope;
+
+/// A convex polytope, made by MakeHull (polytope.h). Its frame is that of its points: unlike the other
+/// primitives it need not be centred there. Copies share the polytope.
+struct Hull {
+  std::shared_ptr<const Polytope> polytope;  ///< Never null.
+};
+
 /// The convex primitives.
-using Primitive = std::variant<Box, Sphere, Capsule, Cylinder>;
+using Primitive = std::variant<Box, Sphere, Capsule, Cylinder, Hull>;
 
 /// One convex part of a shape, with the pose of the part's frame P in the shape's frame S.
 struct Part {
@@ -50,13 +59,16 @@ struct Shape {
   bool is_compound() const { return parts.size() > 1; }
 };
 
-/// "box", "sphere", "capsule" or "cylinder".
+/// "box", "sphere", "capsule", "cylinder" or "hull".
 std::string KindName(const Primitive& primitive);
 
 /// Volume, m³.
 double Volume(const Primitive& primitive);
 
-/// The centre of mass of a body of uniform density in its own frame. Parts of a compound are weighed by
+/// The centre of mass of a body of uniform density in its own frame. Of all primitives but a hull, its
+/// origin.
+Eigen::Vector3d CentreOfMass(const Primitive& primitive);
+/// As above. Parts of a compound are weighed by
 /// volume, overlaps counted twice. ERRATA A14: a compound has one centre of mass, not one per part.
 Eigen::Vector3d CentreOfMass(const Shape& shape);
 

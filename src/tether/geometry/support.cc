@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/core.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::geometry {
 namespace {
@@ -37,6 +38,10 @@ std::vector<Element> Elements(const Shape& shape) {
   std::vector<Element> elements;
   for (const Part& part : shape.parts) {
     const Core core = internal::MakeCore(part.primitive);
+    if (core.hull != nullptr) {
+      for (const Vector3d& p : core.hull->vertices) elements.push_back({part.X_SP * p});
+      continue;
+    }
     for (int corner = 0; corner < 8; ++corner) {
       Vector3d p;
       bool repeated = false;
@@ -150,6 +155,9 @@ std::vector<FlatFacet> RestingFaces(const Shape& shape, const Vector3d& centre_o
   };
   for (const Part& part : shape.parts) {
     const Core core = internal::MakeCore(part.primitive);
+    if (core.hull != nullptr) {
+      for (const Polytope::Face& face : core.hull->faces) consider(part.X_SP.R * face.normal);
+    }
     const bool box = core.kind == Core::Kind::kBox;
     if (!box && core.kind != Core::Kind::kCylinder) continue;
     for (int axis = box ? 0 : 2; axis < 3; ++axis) {

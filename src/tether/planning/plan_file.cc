@@ -1,4 +1,5 @@
 #include "tether/planning/plan_file.h"
+#include "tether/geometry/polytope.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -29,6 +30,11 @@ Value WritePrimitive(const geometry::Primitive& primitive) {
   }
   if (const auto* cylinder = std::get_if<geometry::Cylinder>(&primitive)) {
     form.Set("cylinder", round(cylinder->radius, cylinder->length));
+  }
+  if (const auto* hull = std::get_if<geometry::Hull>(&primitive)) {
+    Value points = Value::Array();
+    for (const Eigen::Vector3d& p : hull->polytope->vertices) points.Append(WritePosition(p));
+    form.Set("hull", points);
   }
   return form;
 }

@@ -9,6 +9,7 @@
 #include <tinyxml2.h>
 
 #include "tether/common/error.h"
+#include "tether/geometry/polytope.h"
 
 namespace tether::sim {
 namespace {
@@ -62,6 +63,19 @@ struct GeomWriter {
     geom->SetAttribute("type", type);
     geom->SetAttribute("size", Text(size).c_str());
   }
+  XMLElement* assets;
+  std::string mesh_name;
+  void operator()(const geometry::Hull& hull) const {
+    XMLElement* mesh = assets->InsertNewChildElement("mesh");
+    mesh->SetAttribute("name", mesh_name.c_str());
+    std::string vertices;
+    for (const Eigen::Vector3d& p : hull.polytope->vertices) {
+      vertices += (vertices.empty() ? "" : " ") + Text({p.x(), p.y(), p.z()});
+    }
+    mesh->SetAttribute("vertex", vertices.c_str());
+    geom->SetAttribute("type", "mesh");
+    geom->SetAttribute("mesh", mesh_name.c_str());
+  }
   void operator()(const geometry::Box& box) const {
     Set("box", {box.size.x() / 2, box.size.y() / 2, box.size.z() / 2});
   }
@@ -75,7 +89,8 @@ struct GeomWriter {
 };
 
 void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven, int index,
-               XMLElement* worldbody) {
+               XMLElement* root) {
+  XMLElement* worldbody = root->FirstChildElement("worldbody");
   XMLElement* body = worldbody->InsertNewChildElement("body");
   body->SetAttribute("name", ObjectBodyName(object.name).c_str());
   SetPose(body, X_WO);
@@ -90,7 +105,9 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
   const double mass = object.mass.value_or(1.0);
   for (const geometry::Part& part : object.shape.parts) {
     XMLElement* geom = body->InsertNewChildElement("geom");
-    std::visit(GeomWriter{geom}, part.primitive);
+    const std::string mesh_name =
+        ObjectBodyName(object.name) + "/" + std::to_string(&part - object.shape.parts.data() + 1);
+    std::visit(GeomWriter{geom, root->FirstChildElement("asset"), mesh_name}, part.primitive);
     SetPose(geom, part.X_SP);
     geom->SetAttribute("mass", Text({mass * geometry::Volume(part.primitive) / volume}).c_str());
     geom->SetAttribute("friction", Text({object.friction, 0.02, 0.0001}).c_str());
@@ -103,6 +120,12 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
       geom->SetAttribute("rgba", Text({c[0], c[1], c[2], 1}).c_str());
     }
   }
+}
+
+bool HasHull(const scene::Object& object) {
+  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(), [](const geometry::Part& part) {
+    return std::holds_alternative<geometry::Hull>(part.primitive);
+  });
 }
 
 bool Contains(const auto& words, std::string_view word) {
@@ -272,13 +295,19 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", 4 * contacts + 100);
 
+  // Without it, hulls get one contact point only, on which nothing stands. Other pairs don't ask for it.
+  const bool hulls = std::any_of(scene.objects.begin(), scene.objects.end(), HasHull);
+  if (hulls) {
+    root->FirstChildElement("option")->InsertNewChildElement("flag")->SetAttribute("multiccd", "enable");
+  }
+
   for (const scene::Robot& robot : scene.robots) {
     RobotMerger(robot, *composition.models.at(robot.name), scene.InitialPose(robot.name), root).Merge();
   }
   int movable = 0, fixed = 0;
   for (const scene::Object& object : scene.objects) {
     AddObject(object, composition.X_WO.at(object.name), composition.driven.contains(object.name),
-              object.movable() ? movable++ : fixed++, root->FirstChildElement("worldbody"));
+              object.movable() ? movable++ : fixed++, root);
   }
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
