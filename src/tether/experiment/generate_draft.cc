@@ -104,10 +104,14 @@ std::string SceneDraft::Write() const {
   for (const DraftObject& object : objects) text += ObjectText(object);
   text += "regions:\n  workspace: {box: " + Numbers(workspace_size) +
           ", pose: {position: " + Numbers(workspace_p_W) + "}}\n";
+  if (hand_radius > 0) {
+    text += "  arm: {disc: " + Number(hand_radius) + "}  # about the base: where the hand gets\n";
+  }
   text +=
       "task:\n  domain: domain.pddl\n  problem: problem.pddl\n  max_actions: " + std::to_string(max_actions) +
       "\nactions: [manipulation]\n";
   text += "constraints:\n- inside: {frame: moved, of: workspace}\n";
+  if (hand_radius > 0) text += "- inside: {frame: hand, of: arm}\n";
   text += "planning: {solver: native" +
           (max_plans > 0 ? ", max_plans: " + std::to_string(max_plans) : std::string()) + "}\n";
   if (perturb_position > 0 || perturb_rotation > 0) {

@@ -34,6 +34,7 @@ struct SceneDraft {
   std::vector<DraftObject> objects;
   Eigen::Vector3d workspace_size{0.9, 1.2, 1.0};  ///< Of the region `workspace`, m …
   Eigen::Vector3d workspace_p_W{0.65, 0, 0};      ///< … and its centre.
+  double hand_radius = 0;  ///< The hand stays within this distance of the base's axis, m; 0: no such limit.
   int max_actions = 0;
   int max_plans = 0;            ///< 0: all.
   double perturb_position = 0;  ///< m

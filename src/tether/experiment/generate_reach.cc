@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -11,6 +12,9 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kGap = 0.03;         // between things, m
 constexpr double kEdge = 0.03;        // to the table's edge, m
 constexpr double kRobotRadius = 0.2;  // kept free about the robot's base, m
+constexpr double kHandRadius = 0.8;   // how far the hand gets, straight down at the table's height, m
+constexpr double kHoldRadius = 0.78;  // how far it has to get at most with the hook behind the box, m
+constexpr double kHoldEnd = 0.01;     // from the end of the handle, m
 constexpr int kDraws = 1000;
 
 const char* const kDomain = R"(; Reach a box beyond the arm's workspace by pulling it closer with a hook.
@@ -124,6 +128,25 @@ bool IsOverTable(const DraftObject& object, const DraftObject& table) {
   return true;
 }
 
+/// How far the hand is from the base's axis, at the least, while it holds the handle at its end and the head
+/// lies behind a side of the box.
+double HoldRadius(const DraftObject& box, const DraftObject& hook) {
+  const Eigen::Vector3d size = std::get<geometry::Box>(box.shape.parts.front().primitive).size;
+  const geometry::Part& handle = hook.shape.parts.front();
+  const auto& rod = std::get<geometry::Capsule>(handle.primitive);
+  const double head_x = hook.shape.parts.back().X_SP.p.x();
+  // In the hook's frame, turned so that x points out of the side.
+  const Eigen::Vector3d p_HeadHold(handle.X_SP.p.x() - 0.5 * rod.length + kHoldEnd - head_x,
+                                   handle.X_SP.p.y(), 0);
+  double least = 1e300;
+  for (int side = 0; side < 4; ++side) {
+    const Eigen::Matrix3d R = math::RotationFromRpy({0, 0, box.yaw + 0.5 * kPi * side});
+    const Eigen::Vector3d p_WHead = box.p_W + R.col(0) * (0.5 * size[side % 2] + rod.radius);
+    least = std::min(least, (p_WHead + R * p_HeadHold).head<2>().norm());
+  }
+  return least;
+}
+
 /// Places box, shelf and hook one after another. False if there is no room for one of them.
 bool PlaceAll(Random random, bool within, const DraftObject& drawn_hook, SceneDraft& draft) {
   const DraftObject table = draft.objects.front();
@@ -134,7 +157,7 @@ bool PlaceAll(Random random, bool within, const DraftObject& drawn_hook, SceneDr
   PlaceAt(box, within ? boxes.Uniform(0.40, 0.72) : boxes.Uniform(0.84, farthest), bearing);
   box.yaw = within ? DrawYaw(boxes, 0, kPi) : DrawYaw(boxes, bearing + 0.5 * kPi * boxes.Index(4), kPi / 6);
   box.colour = 2;
-  if (!IsOverTable(box, table)) return false;
+  if (!IsOverTable(box, table) || (!within && HoldRadius(box, drawn_hook) > kHoldRadius)) return false;
   draft.objects.push_back(box);
 
   const auto place = [&](DraftObject object, double gap, const auto& draw) {
@@ -188,6 +211,7 @@ GeneratedScenario GenerateReach(uint64_t seed) {
   draft.perturb_position = 0.01;
   draft.perturb_rotation = 0.0873;
   draft.workspace_size = {0.9, 1.3, 1.0};
+  draft.hand_radius = kHandRadius;
 
   DraftObject table;
   table.name = "table";
