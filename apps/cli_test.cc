@@ -43,7 +43,8 @@ Outcome Tether(const std::string& arguments, const std::string& prefix = "") {
 std::string Scenario(const std::string& name) { return "'" + kSource + "/scenarios/" + name + ".yaml'"; }
 
 TEST(CliTest, HelpHasExamplesForEveryCommand) {
-  for (const std::string command : {"", "plan", "run", "check", "bench", "generate", "campaign"}) {
+  for (const std::string command :
+       {"", "plan", "run", "check", "bench", "generate", "campaign", "automaton"}) {
     const Outcome outcome = Tether(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("Examples:")) << command;
@@ -117,6 +118,37 @@ TEST(CliTest, TemporalGoalsAreSaidToBeUnsupported) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("tether_cli_ltl.yaml:3:"));
   EXPECT_THAT(outcome.err, HasSubstr("temporal goals are not supported yet"));
+}
+
+TEST(CliTest, AutomataAreForPeopleAndForTools) {
+  const std::string formula = "'F(a & X F on(b,c))'";
+  EXPECT_THAT(Tether("automaton " + formula).out, HasSubstr("3 states, 2 propositions"));
+  EXPECT_THAT(Tether("automaton --hoa " + formula).out, ::testing::StartsWith("HOA: v1\n"));
+  EXPECT_THAT(Tether("automaton --dot " + formula).out, ::testing::StartsWith("digraph automaton {\n"));
+  const Outcome json = Tether("automaton --json - " + formula);
+  EXPECT_EQ(json.exit_code, 0);
+  const Value value = ParseYaml(json.out, "standard output");
+  EXPECT_EQ(value.Find("format")->AsText(), "tether.automaton/1");
+  EXPECT_EQ(value.Find("states")->integer(), 3);
+  EXPECT_EQ(value.Find("accepting")->items().size(), 1u);
+  EXPECT_EQ(value.Find("edges")->items().size(), 5u);
+}
+
+TEST(CliTest, WrongFormulasAreExitCode2AndImpossibleOnes3) {
+  const Outcome wrong = Tether("automaton 'F(a & )'");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("formula:1:7: unexpected ')'"));
+  const Outcome safe = Tether("automaton 'F a & G !b'");
+  EXPECT_EQ(safe.exit_code, 2);
+  EXPECT_THAT(safe.err, HasSubstr("formula:1:7: the formula is not co-safe: 'G' asks"));
+  EXPECT_EQ(Tether("automaton 'F a & G !b' --semantics ltlf").exit_code, 0);
+  EXPECT_THAT(Tether("automaton a --semantics ltl").err, HasSubstr("did you mean 'ltlf'?"));
+  EXPECT_THAT(Tether("automaton 'F(a & X F b)' --semantics ltlf").err, HasSubstr("formula:1:7: X is weak"));
+  const Outcome impossible = Tether("automaton 'F a & G !a' --semantics ltlf");
+  EXPECT_EQ(impossible.exit_code, 3);
+  EXPECT_THAT(impossible.err, HasSubstr("the formula cannot be satisfied"));
+  EXPECT_EQ(Tether("automaton a --hoa --json -").exit_code, 2);
+  EXPECT_EQ(Tether("automaton a --hoa --dot").exit_code, 2);
 }
 
 TEST(CliTest, BenchPlanningWritesJsonOnly) {

@@ -242,6 +242,31 @@ Examples:
   });
 }
 
+void AddAutomaton(CLI::App& app, AutomatonArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("automaton", "Compile a temporal formula to its minimal automaton");
+  command->add_option("formula", arguments.formula, "Temporal formula")->required()->type_name("FORMULA");
+  command
+      ->add_option("--semantics", arguments.semantics,
+                   "cosafe (default): X is strong, once accepted is always accepted; ltlf: the word is all "
+                   "there is, X is weak and X[!] strong")
+      ->type_name("NAME");
+  CLI::Option* hoa = command->add_flag("--hoa", arguments.hoa, "Write the Hanoi omega-automata format");
+  command->add_flag("--dot", arguments.dot, "Write a graph for graphviz")->excludes(hoa);
+  command
+      ->add_option("--json", arguments.json, "Write the automaton as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  command->footer(
+      R"(Operators, tightest first: ! F G X X[!]; U R W M; &; xor; |; -> <->. Propositions are names,
+ground predicates such as on(box,shelf), or any text in double quotes.
+
+Examples:
+  tether automaton 'F(in(meat,heat) & X F in(meat,person))'
+  tether automaton 'G !in(knife,person) & F on(a,b)' --semantics ltlf --dot | dot -Tsvg > automaton.svg
+  tether automaton 'a U (b & X c)' --hoa
+  tether automaton 'F a & F b' --json - | jq .states)");
+  command->callback([&] { run = [&] { return AutomatonCommand(arguments); }; });
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Robot manipulation planned as poses tied to objects, executed by reactive control.",
                "tether");
@@ -263,6 +288,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   BenchArguments bench;
   GenerateArguments generate;
   CampaignArguments campaign;
+  AutomatonArguments automaton;
   std::function<int()> command;
   AddPlan(app, plan, command);
   AddRun(app, run, command);
@@ -270,6 +296,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   AddBench(app, bench, command);
   AddGenerate(app, generate, command);
   AddCampaign(app, campaign, command);
+  AddAutomaton(app, automaton, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -71,6 +71,14 @@ struct CampaignArguments {
   std::string json;  ///< File for the summary, or "-"; empty: none.
 };
 
+struct AutomatonArguments {
+  std::string formula;
+  std::string semantics = "cosafe";  ///< Or "ltlf".
+  bool hoa = false;
+  bool dot = false;
+  std::string json;  ///< File for the automaton, or "-"; empty: none.
+};
+
 /// The commands of the program. Each prints its result and returns the exit code; each throws InputError for
 /// bad input.
 int PlanCommand(const PlanArguments& arguments);
@@ -79,6 +87,7 @@ int CheckCommand(const CheckArguments& arguments);
 int BenchCommand(const BenchArguments& arguments);
 int GenerateCommand(const GenerateArguments& arguments);
 int CampaignCommand(const CampaignArguments& arguments);
+int AutomatonCommand(const AutomatonArguments& arguments);
 
 /// The names that BenchCommand takes, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> BenchNames();

@@ -107,18 +107,27 @@ bool Automaton::IsSatisfiable() const {
 
 std::vector<AutomatonEdge> Automaton::Edges() const { return FindGuards(diagram_); }
 
-std::string GuardText(const std::vector<Cube>& guard, const std::vector<std::string>& atoms) {
+std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& atoms) {
+  const auto literals = [](const std::vector<Cube>& cubes) {
+    size_t count = 0;
+    for (const Cube& cube : cubes) count += cube.literals.size();
+    return count;
+  };
+  const bool sum = literals(edge.guard) <= literals(edge.clauses);
+  const std::vector<Cube>& terms = sum ? edge.guard : edge.clauses;
   std::string text;
-  for (const Cube& cube : guard) {
-    if (!text.empty()) text += " | ";
-    if (cube.literals.empty()) text += "true";
-    for (size_t k = 0; k < cube.literals.size(); ++k) {
-      const auto& [atom, value] = cube.literals[k];
-      text +=
-          (k > 0 ? " & " : "") + std::string(value ? "" : "!") + AtomText(atoms[static_cast<size_t>(atom)]);
+  for (const Cube& term : terms) {
+    if (!text.empty()) text += sum ? " | " : " & ";
+    const bool parentheses = !sum && terms.size() > 1 && term.literals.size() > 1;
+    if (parentheses) text += "(";
+    for (size_t k = 0; k < term.literals.size(); ++k) {
+      const auto& [atom, value] = term.literals[k];
+      if (k > 0) text += sum ? " & " : " | ";
+      text += (value ? "" : "!") + AtomText(atoms[static_cast<size_t>(atom)]);
     }
+    if (parentheses) text += ")";
   }
-  return text.empty() ? "false" : text;
+  return text.empty() ? "true" : text;
 }
 
 std::optional<Automaton> BuildAutomaton(const Formula& formula, Semantics semantics,

@@ -18,7 +18,8 @@ struct Cube {
 struct AutomatonEdge {
   int from = 0;
   int to = 0;
-  std::vector<Cube> guard;  ///< None of them can be left out.
+  std::vector<Cube> guard;    ///< None of them can be left out.
+  std::vector<Cube> clauses;  ///< The same condition: one literal of each must hold. Empty: always.
 };
 
 /// The minimal complete deterministic automaton of a formula. State 0 is the initial one. Immutable: safe to
@@ -65,8 +66,9 @@ class Automaton {
   std::vector<int> distance_;
 };
 
-/// "a & !b | c", with names quoted as formulas need it; "true" for everything.
-std::string GuardText(const std::vector<Cube>& guard, const std::vector<std::string>& atoms);
+/// "a & !b | c" or "(a | c) & (!b | c)", whichever is shorter, with names quoted as formulas need it; "true"
+/// for everything.
+std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& atoms);
 
 /// Compiles a formula: Boolean operators above temporal ones by products of minimal automata, small ones
 /// first; temporal ones by progression. Empty if a diagram on the way would exceed the limits. Throws

@@ -183,11 +183,16 @@ TEST(Automaton, EdgesPartitionTheLetters) {
     std::vector<std::vector<int>> targets(static_cast<size_t>(automaton.states()) * letters.size());
     for (const AutomatonEdge& edge : automaton.Edges()) {
       for (size_t i = 0; i < letters.size(); ++i) {
+        const auto holds = [&](const auto& literal) {
+          return IsTrue(letters[i], literal.first) == literal.second;
+        };
         const bool open = std::any_of(edge.guard.begin(), edge.guard.end(), [&](const Cube& cube) {
-          return std::all_of(cube.literals.begin(), cube.literals.end(), [&](const auto& literal) {
-            return IsTrue(letters[i], literal.first) == literal.second;
-          });
+          return std::all_of(cube.literals.begin(), cube.literals.end(), holds);
         });
+        const bool all = std::all_of(edge.clauses.begin(), edge.clauses.end(), [&](const Cube& clause) {
+          return std::any_of(clause.literals.begin(), clause.literals.end(), holds);
+        });
+        ASSERT_EQ(open, all);
         if (open) targets[static_cast<size_t>(edge.from) * letters.size() + i].push_back(edge.to);
       }
     }
@@ -205,9 +210,21 @@ TEST(Automaton, GuardsAreShort) {
   std::vector<std::string> lines;
   for (const AutomatonEdge& edge : automaton.Edges()) {
     lines.push_back(std::to_string(edge.from) + " -> " + std::to_string(edge.to) + ": " +
-                    GuardText(edge.guard, automaton.atoms()));
+                    GuardText(edge, automaton.atoms()));
   }
   EXPECT_THAT(lines, ElementsAre("0 -> 0: !a", "0 -> 1: a", "1 -> 1: !b", "1 -> 2: b", "2 -> 2: true"));
+}
+
+TEST(Automaton, GuardsAreFactoredWhereThatIsShorter) {
+  std::vector<std::string> texts;
+  const Automaton automaton = Build("F(a & b) & F(c & d)");
+  for (const AutomatonEdge& edge : automaton.Edges()) {
+    const std::string text = GuardText(edge, automaton.atoms());
+    texts.push_back(text);
+    EXPECT_NO_THROW(ParseFormula(text));
+  }
+  EXPECT_THAT(texts, ElementsAre("(!a | !b) & (!c | !d)", "(!a | !b) & c & d", "a & b & (!c | !d)",
+                                 "a & b & c & d", "!a | !b", "a & b", "!c | !d", "c & d", "true"));
 }
 
 TEST(Automaton, RelevantAtomsAreThoseThatCount) {

@@ -20,7 +20,7 @@ class GuardFinder {
     std::vector<AutomatonEdge> edges;
     for (size_t s = 0; s < diagram_.states(); ++s) {
       for (const auto& [to, condition] : Of(diagram_.roots[s])) {
-        edges.push_back({static_cast<int>(s), to, Cover(condition)});
+        edges.push_back({static_cast<int>(s), to, Cover(condition), Negate(Cover(Bdd::Not(condition)))});
       }
     }
     return edges;
@@ -44,6 +44,13 @@ class GuardFinder {
       j += take_high ? 1 : 0;
     }
     return both;
+  }
+
+  static std::vector<Cube> Negate(std::vector<Cube> cubes) {
+    for (Cube& cube : cubes) {
+      for (auto& literal : cube.literals) literal.second = !literal.second;
+    }
+    return cubes;
   }
 
   std::vector<Cube> Cover(Bdd::Ref condition) {

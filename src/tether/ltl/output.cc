@@ -71,7 +71,7 @@ std::string WriteDot(const Automaton& automaton, const std::string& name) {
   }
   for (const AutomatonEdge& edge : automaton.Edges()) {
     text += "  " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
-            " [label=" + Quote(GuardText(edge.guard, automaton.atoms())) + "];\n";
+            " [label=" + Quote(GuardText(edge, automaton.atoms())) + "];\n";
   }
   return text + "}\n";
 }
@@ -94,7 +94,7 @@ Value WriteAutomaton(const Automaton& automaton) {
     edges.Append(Value::Object()
                      .Set("from", edge.from)
                      .Set("to", edge.to)
-                     .Set("guard", GuardText(edge.guard, automaton.atoms()))
+                     .Set("guard", GuardText(edge, automaton.atoms()))
                      .Set("cubes", std::move(cubes)));
   }
   return Value::Object()
@@ -114,7 +114,7 @@ std::string AutomatonTable(const Automaton& automaton, size_t max_lines) {
     const AutomatonEdge& edge = edges[i];
     const bool first = std::exchange(state, edge.from) != edge.from;
     text += Pad(first ? std::to_string(edge.from) : "", width) + "  " + Pad(std::to_string(edge.to), width) +
-            "  " + GuardText(edge.guard, automaton.atoms());
+            "  " + GuardText(edge, automaton.atoms());
     if (first && automaton.IsAccepting(state)) text += "   (accepting)";
     if (first && automaton.IsTrap(state)) text += "   (lost)";
     text += "\n";

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tether/common/value.h"
+#include "tether/ltl/automaton.h"
+#include "tether/ltl/formula.h"
+
+namespace tether::experiment {
+
+/// A formula with its minimal automaton and what that took.
+struct CompiledFormula {
+  ltl::Formula formula;
+  ltl::Semantics semantics = ltl::Semantics::kCosafe;
+  std::optional<ltl::Automaton> automaton;  ///< Empty if it would be too large.
+  double compile_s = 0;                     ///< From the text to the minimal automaton.
+};
+
+/// Throws InputError if `text` is no formula, `semantics` is neither "cosafe" nor "ltlf", or the formula
+/// can't be read so. Logs what is allowed and probably not meant.
+CompiledFormula CompileFormula(const std::string& text, const std::string& semantics);
+
+/// Format `tether.automaton/1`. The automaton must be there.
+Value WriteAutomatonReport(const CompiledFormula& compiled);
+
+}  // namespace tether::experiment
