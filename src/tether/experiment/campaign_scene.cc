@@ -13,9 +13,8 @@
 #include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
 #include "tether/geometry/distance.h"
-#include "tether/planning/checker.h"
+#include "tether/planning/candidate.h"
 #include "tether/planning/program_builder.h"
-#include "tether/planning/variants.h"
 
 namespace tether::experiment {
 namespace {
@@ -113,20 +112,6 @@ struct RestartResult {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-planning::Plan MakePlan(const planning::Problem& problem, const std::vector<std::string>& actions,
-                        const std::vector<planning::BoundStep>& steps, const nlp::Point& x) {
-  planning::Plan plan;
-  plan.scenario = problem.title;
-  plan.robot = problem.robot.name;
-  plan.actions = actions;
-  for (size_t t = 0; t < steps.size(); ++t) {
-    const planning::BoundStep& step = steps[t];
-    plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, x.poses[t],
-                          step.schema.execute});
-  }
-  return plan;
-}
-
 /// Every discrete choice is the planner's first with probability ½, else any; what is chosen may open others.
 planning::Variant DrawVariant(const planning::SceneFacts& facts,
                               const std::vector<planning::BoundStep>& steps, Random& random) {
@@ -159,7 +144,7 @@ RestartResult Restart(const planning::SceneFacts& facts, const std::vector<std::
   const nlp::Result result =
       nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, options);
   if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) return outcome;
-  const planning::CheckResult check = planning::CheckPlan(facts, MakePlan(problem, actions, steps, result.x));
+  const planning::CheckResult check = planning::CheckKeyPoses(facts, steps, result.x.poses);
   outcome.feasible = check.Feasible(problem.program);
   if (outcome.feasible) outcome.cost = check.cost;
   return outcome;
@@ -176,36 +161,6 @@ RestartResult RestartAll(const planning::SceneFacts& facts, const planning::Plan
     if (one.feasible && one.cost < best.cost) best = one;
   }
   return best;
-}
-
-/// A way to make the discrete choices, and its solution from the scene's own start.
-struct SolvedWay {
-  planning::Variant variant;
-  nlp::Result result;
-};
-
-/// The first way whose solution the checker accepts.
-std::optional<SolvedWay> SolveFirstWay(const planning::SceneFacts& facts,
-                                       const std::vector<std::string>& actions) {
-  const planning::Problem& problem = facts.problem();
-  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, actions);
-  const auto solver = nlp::MakeSolver(nlp::Backend::kNative);
-  nlp::Options options = problem.program.solver;
-  options.stop = problem.search.stop;
-  planning::VariantQueue variants(problem.program.max_variants);
-  while (const auto variant = variants.Next()) {
-    const planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, *variant);
-    variants.Expand(*variant, key_poses.choices);
-    if (!key_poses.refutations.empty()) continue;
-    SolvedWay way;
-    way.result = solver->Solve(key_poses.program, key_poses.guess, options);
-    const planning::CheckResult check =
-        planning::CheckPlan(facts, MakePlan(problem, actions, steps, way.result.x));
-    if (!check.Feasible(problem.program)) continue;
-    for (const planning::ChoicePoint& choice : key_poses.choices) way.variant[choice.key] = choice.chosen;
-    return way;
-  }
-  return std::nullopt;
 }
 
 struct MovedScene {
@@ -343,7 +298,7 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
     result =
         nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, solver_options);
     if (result.status == nlp::Status::kInterrupted) return std::nullopt;
-    feasible = planning::CheckPlan(facts, MakePlan(prepared.problem, actions, bound, result.x))
+    feasible = planning::CheckKeyPoses(facts, bound, result.x.poses)
                    .Feasible(prepared.problem.program);
     return clock.seconds();
   });
@@ -366,43 +321,35 @@ std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMea
   Value record = BeginRecord(scene, planned);
   const planning::CandidateReport* best = planned.report.best();
   if (best == nullptr) return record;
-  const planning::SceneFacts facts(prepared.problem);
-  const auto before = SolveFirstWay(facts, best->plan.actions);
+  const auto optimize = [&](const planning::Problem& problem) {
+    return planning::OptimizeCandidate(planning::SceneFacts(problem), best->plan.actions, 0,
+                                       planning::Limits(problem.search));
+  };
+  const planning::Verdict before = optimize(prepared.problem);
   if (Stopped(options)) return std::nullopt;
-  if (!before) return record.Set("first_solve", "no way has a feasible solve from the scene's own start");
-
   const auto moved = MoveOneObject(prepared.problem.scene, Random(scene.seed).Split("move"));
-  if (!moved) return record.Set("first_solve", "no object has room to be moved");
+  if (!moved || before.optimum == nullptr) return record.Set("moved", "no object has room to be moved");
   planning::Problem problem = prepared.problem;
   problem.scene = moved->scene;
-  const planning::SceneFacts moved_facts(problem);
-  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, best->plan.actions);
-  const auto solver = nlp::MakeSolver(nlp::Backend::kNative);
-  // Both build the program of the moved scene, with the choices made before.
-  const auto solve = [&](bool warm) {
-    Value value = Value::Object();
-    std::vector<double> times, solve_times;
-    nlp::Result result;
+  const auto measure = [&](bool warm) {
+    std::vector<double> times;
+    planning::CandidateReport report;
     for (int i = 0; i < kWarmRepetitions; ++i) {
+      planning::Optimum optimum = *before.optimum;
       const CpuClock clock;
-      const planning::KeyPoseProgram key_poses = planning::BuildProgram(moved_facts, steps, before->variant);
-      const double built_s = clock.seconds();
-      result = warm ? solver->Solve(key_poses.program, before->result.x, problem.program.solver,
-                                    &before->result.warm_start)
-                    : solver->Solve(key_poses.program, key_poses.guess, problem.program.solver);
+      report = warm ? planning::Reoptimize(planning::SceneFacts(problem), planning::Limits(problem.search),
+                                           optimum)
+                    : optimize(problem).report;
       times.push_back(clock.seconds());
-      solve_times.push_back(times.back() - built_s);
     }
-    const planning::CheckResult check =
-        planning::CheckPlan(moved_facts, MakePlan(problem, best->plan.actions, steps, result.x));
-    return value.Set("feasible", check.Feasible(problem.program))
-        .Set("cost", check.cost)
-        .Set("iterations", result.iterations)
-        .Set("cpu_s", *std::min_element(times.begin(), times.end()))
-        .Set("solve_cpu_s", *std::min_element(solve_times.begin(), solve_times.end()));
+    return Value::Object()
+        .Set("feasible", report.feasible())
+        .Set("cost", report.plan.cost)
+        .Set("evaluations", report.evaluations)
+        .Set("cpu_s", *std::min_element(times.begin(), times.end()));
   };
   record.Set("moved", moved->object).Set("moved_by_m", moved->distance);
-  record.Set("cold", solve(false)).Set("warm", solve(true));
+  record.Set("cold", measure(false)).Set("warm", measure(true));
   if (Stopped(options)) return std::nullopt;
   return record;
 }

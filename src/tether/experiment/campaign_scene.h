@@ -37,9 +37,8 @@ std::optional<Value> MeasureQuality(const CampaignScene& scene, const SceneMeasu
 /// interrupted.
 std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasurementOptions& options);
 
-/// Plans the scene, moves one object by up to 5 cm, and solves the program of the best candidate again: cold,
-/// from the scene's own start, and warm, from the poses and multipliers that were found before. Empty if
-/// interrupted.
+/// Plans the scene, moves one object by up to 5 cm, and optimises the best candidate again: cold, as if
+/// nothing were known of it, and warm, with planning::Reoptimize. Empty if interrupted.
 std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMeasurementOptions& options);
 
 }  // namespace tether::experiment

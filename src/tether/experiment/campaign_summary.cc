@@ -114,7 +114,7 @@ Value SummarizeQuality(const std::vector<const Value*>& records) {
 
 Value SummarizeWarm(const std::vector<const Value*>& records) {
   int compared = 0, same = 0, warm_only = 0, cold_only = 0, neither = 0;
-  std::vector<double> ratios, solve_ratios;
+  std::vector<double> ratios;
   for (const Value* record : records) {
     const Value *cold = record->Find("cold"), *warm = record->Find("warm");
     if (cold == nullptr || warm == nullptr) continue;
@@ -126,14 +126,12 @@ Value SummarizeWarm(const std::vector<const Value*>& records) {
     }
     ++compared;
     ratios.push_back(Number(*warm, "cpu_s") / Number(*cold, "cpu_s"));
-    solve_ratios.push_back(Number(*warm, "solve_cpu_s") / Number(*cold, "solve_cpu_s"));
     same += std::abs(Number(*warm, "cost") / Number(*cold, "cost") - 1) <= kSameCost ? 1 : 0;
   }
   return Value::Object()
       .Set("compared", compared)
       .Set("warm_over_cold_median", SpreadOf(ratios).median)
       .Set("warm_over_cold_p99", SpreadOf(ratios).p99)
-      .Set("solve_warm_over_cold_median", SpreadOf(solve_ratios).median)
       .Set("same_cost", same)
       .Set("same_cost_share", Share(same, compared))
       .Set("only_cold_feasible", cold_only)
@@ -237,10 +235,9 @@ std::string QualityText(const Value& row) {
 
 std::string WarmText(const Value& row) {
   return Text(row, "compared") + " of " + Text(row, "scenes") +
-         " scenes solved both ways; warm over cold, building and solving: median " +
+         " scenes solved both ways; time warm over cold: median " +
          Fixed(Number(row, "warm_over_cold_median"), 2) + ", p99 " +
-         Fixed(Number(row, "warm_over_cold_p99"), 2) + "; solving alone: median " +
-         Fixed(Number(row, "solve_warm_over_cold_median"), 2) +
+         Fixed(Number(row, "warm_over_cold_p99"), 2) +
          "\n  same cost within 1 %: " + Text(row, "same_cost") + " (" +
          Percent(Number(row, "same_cost_share")) +
          "); feasible only cold: " + Text(row, "only_cold_feasible") +

@@ -162,12 +162,12 @@ TEST(CampaignSummaryTest, WarmAndColdAreComparedWhereBothAreFeasible) {
   CampaignOptions options;
   options.name = "warm";
   CampaignResult result;
-  for (const char* rest : {"cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
-                           "warm: {feasible: true, cost: 1.005, cpu_s: 0.004, solve_cpu_s: 0.002}",
-                           "cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
-                           "warm: {feasible: true, cost: 0.9, cpu_s: 0.005, solve_cpu_s: 0.003}",
-                           "cold: {feasible: true, cost: 1, cpu_s: 0.01, solve_cpu_s: 0.008}, "
-                           "warm: {feasible: false, cost: 1, cpu_s: 0.001, solve_cpu_s: 0.001}",
+  for (const char* rest : {"cold: {feasible: true, cost: 1, cpu_s: 0.01}, "
+                           "warm: {feasible: true, cost: 1.005, cpu_s: 0.004}",
+                           "cold: {feasible: true, cost: 1, cpu_s: 0.01}, "
+                           "warm: {feasible: true, cost: 0.9, cpu_s: 0.005}",
+                           "cold: {feasible: true, cost: 1, cpu_s: 0.01}, "
+                           "warm: {feasible: false, cost: 1, cpu_s: 0.001}",
                            "first_solve: none"}) {
     result.records.push_back(Parse(std::string("{kind: reach, seed: 1, status: solved, ") + rest + "}"));
   }

@@ -15,6 +15,9 @@ namespace tether::nlp {
 struct Point {
   std::vector<math::Pose> poses;         ///< By the index that AddPose returned.
   std::vector<Eigen::VectorXd> vectors;  ///< By the index that AddVector returned.
+  /// Poses that are given: residuals may read them, and no solver moves them. They make one program serve for
+  /// many problems that differ only in where things stand.
+  std::vector<math::Pose> parameters;
 };
 
 /// A reference to a block of variables: a pose of SE(3), tangent dimension 6, or a vector.

@@ -1,15 +1,12 @@
 #include "tether/planning/candidate.h"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "tether/common/log.h"
-#include "tether/planning/checker.h"
-#include "tether/planning/program_builder.h"
 #include "tether/planning/variants.h"
 
 namespace tether::planning {
@@ -18,25 +15,8 @@ namespace {
 // While turning the hand is more than this share of the cost, other grasps are tried, up to so many.
 constexpr double kMuchTurning = 0.3;
 constexpr int kFurtherVariants = 4;
-// Pairs of solids get a collision row at first if they are within this of their clearance, m.
-constexpr double kNear = 0.05;
-constexpr int kClearanceRounds = 8;
 // Constraints named as blocking each other, at most.
 constexpr size_t kMostBlocking = 6;
-
-Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
-              const std::vector<BoundStep>& steps, const nlp::Point& x) {
-  Plan plan;
-  plan.scenario = problem.title;
-  plan.robot = problem.robot.name;
-  plan.actions = actions;
-  for (size_t t = 0; t < steps.size(); ++t) {
-    const BoundStep& step = steps[t];
-    plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, x.poses[t],
-                          step.schema.execute});
-  }
-  return plan;
-}
 
 /// The optimisation of a sequence of actions that begins at the start.
 class CandidateRun {
@@ -50,7 +30,6 @@ class CandidateRun {
         index_(index),
         limits_(limits),
         random_(Random(problem_.search.seed).Split("candidate " + std::to_string(index))),
-        solver_(nlp::MakeSolver(problem_.program.backend)),
         variants_(problem_.program.max_variants) {
     report_.plan.actions = actions_;
     report_.plan.scenario = problem_.title;
@@ -74,6 +53,8 @@ class CandidateRun {
 
   /// After Run(): so many first actions are proved impossible; 0: none.
   size_t refuted_actions() const { return refuted_actions_; }
+  /// After Run(): the best that was accepted; null: nothing.
+  std::shared_ptr<Optimum> optimum() const { return optimum_; }
   /// After Run(), where nothing was accepted: the steps whose constraints block each other.
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
@@ -99,55 +80,41 @@ class CandidateRun {
         return;
       }
       all_refuted_ = false;
-      const nlp::Result result = Solve(key_poses, start);
+      const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, nullptr, key_poses);
+      LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
+               result.Summary());
+      report_.evaluations += result.evaluations;
       if (static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
-          Judge(key_poses.program, result))
+          Judge(key_poses, result))
         return;
     }
   }
 
-  /// Solves with the rows of near pairs, until no other pair comes too near.
-  nlp::Result Solve(KeyPoseProgram& key_poses, int start) {
-    nlp::Options options = problem_.program.solver;
-    options.stop = problem_.search.stop;
-    nlp::Result result;
-    nlp::WarmStart warm;
-    const nlp::Point* from = &key_poses.guess;
-    for (int round = 0;; ++round) {
-      options.time_limit_s = std::min(problem_.program.solver.time_limit_s, limits_.Remaining());
-      const double near = round < kClearanceRounds ? kNear : std::numeric_limits<double>::infinity();
-      result = solver_->Solve(key_poses.program, *from, options, round > 0 ? &warm : nullptr);
-      LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + " round " +
-               std::to_string(round) + ": " + result.Summary());
-      report_.evaluations += result.evaluations;
-      if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses() || limits_.Over() ||
-          !AddMissingClearances(facts_, steps_, result.x.poses, near, key_poses))
-        return result;
-      warm = std::move(result.warm_start);
-      key_poses.guess = std::move(result.x);
-    }
-  }
-
   /// Takes the result over if it is the best so far; true if the checker accepts it.
-  bool Judge(const nlp::Program& program, const nlp::Result& result) {
-    Plan plan = MakePlan(problem_, actions_, steps_, result.x);
-    CheckResult check = CheckPlan(facts_, plan);
-    plan.cost = check.cost;
+  bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
+    const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses);
     // What is within the tolerance counts as none: then the cost decides.
     const bool accepted = check.Feasible(problem_.program);
     const double violation = accepted ? 0 : check.max_violation_m + check.max_violation_rad;
     if (!least_violation_ || violation < *least_violation_ ||
-        (violation == *least_violation_ && plan.cost < report_.plan.cost)) {
+        (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
       turn_share_ = check.cost > 0 ? check.turn_cost / check.cost : 0;
-      report_.plan = std::move(plan);
+      report_.plan = MakePlan(problem_, actions_, steps_, result.x.poses);
+      report_.plan.cost = check.cost;
       report_.max_violation_m = check.max_violation_m;
       report_.max_violation_rad = check.max_violation_rad;
       report_.reason = check.Worst();
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();
-      if (!accepted) NameBlocking(program, result, check);
+      if (accepted) {
+        key_poses.guess = result.x;
+        optimum_ = std::make_shared<Optimum>(
+            Optimum{actions_, steps_, std::move(key_poses), result.warm_start});
+      } else {
+        NameBlocking(key_poses.program, result, check);
+      }
     }
     return accepted;
   }
@@ -193,7 +160,6 @@ class CandidateRun {
   int index_;
   const Limits& limits_;
   Random random_;
-  std::unique_ptr<nlp::Solver> solver_;
   VariantQueue variants_;
 
   CandidateReport report_;
@@ -201,6 +167,7 @@ class CandidateRun {
   double turn_share_ = 0;
   std::vector<std::string> refutations_;
   std::set<int> blocking_steps_;
+  std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
   size_t refuted_actions_ = 0;
 };
@@ -235,6 +202,7 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   CandidateRun run(facts, actions, steps, index, limits);
   Verdict verdict;
   verdict.report = run.Run();
+  verdict.optimum = run.optimum();
   verdict.failing_actions = run.refuted_actions();
   if (verdict.report.status == CandidateStatus::kGaveUp && !limits.Over())
     verdict.failing_actions = FindFailingActions(facts, actions, steps, run, index, limits);

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "tether/planning/limits.h"
-#include "tether/planning/report.h"
-#include "tether/planning/step_context.h"
+#include "tether/planning/optimum.h"
 
 namespace tether::planning {
 
@@ -15,6 +14,7 @@ struct Verdict {
   CandidateReport report;
   /// So many of its first actions fail already, whatever comes after them; 0: that is not known.
   size_t failing_actions = 0;
+  std::shared_ptr<Optimum> optimum;  ///< What a feasible one is, ready to be optimised again; else null.
 };
 
 /// Optimises one candidate over its key poses: its variants in the order of their scores, each from a few

@@ -12,14 +12,10 @@ using math::Pose;
 // No pose function takes more frames than this.
 constexpr size_t kMostFrames = 4;
 
-bool SameLink(const ChainLink& a, const ChainLink& b) {
-  return a.variable == b.variable && (a.variable >= 0 || (a.X.R == b.X.R && a.X.p == b.X.p));
-}
-
 std::vector<Chain> DropSharedBeginning(std::vector<Chain> chains) {
   for (;;) {
     for (const Chain& chain : chains) {
-      if (chain.empty() || !SameLink(chain.front(), chains.front().front())) return chains;
+      if (chain.empty() || chain.front() != chains.front().front()) return chains;
     }
     for (Chain& chain : chains) chain.erase(chain.begin());
   }
@@ -57,7 +53,7 @@ class ChainResidual final : public nlp::Residual {
           if (blocks()[b].index == link.variable) column = static_cast<int>(6 * b);
         }
         if (column >= 0) frame.first_variable = std::min(frame.first_variable, links_.size());
-        links_.push_back({link.variable, column, link.X});
+        links_.push_back({link.variable, link.parameter, column});
       }
     }
   }
@@ -87,16 +83,16 @@ class ChainResidual final : public nlp::Residual {
   static constexpr int kMostRowsOnStack = 64;
 
   struct Link {
-    int variable;  // −1: constant
-    int column;    // of the variable's block in the Jacobian
-    Pose X;
+    int variable, parameter;  // one of them is −1
+    int column;               // of the variable's block in the Jacobian
   };
   struct Frame {
     size_t first, first_variable, end;  // in links_
   };
 
   static const Pose& PoseOf(const Link& link, const nlp::Point& x) {
-    return link.variable < 0 ? link.X : x.poses[static_cast<size_t>(link.variable)];
+    return link.variable < 0 ? x.parameters[static_cast<size_t>(link.parameter)]
+                             : x.poses[static_cast<size_t>(link.variable)];
   }
 
   /// Each row of J_frames is, like a force and a moment at its frame, carried link by link towards the root.

@@ -1,6 +1,7 @@
 #include "tether/planning/checker.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 
@@ -67,18 +68,11 @@ std::string CheckResult::Worst() const {
 }
 
 CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
-  return CheckPlan(SceneFacts(problem), plan);
-}
-
-CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
-  const Problem& problem = facts.problem();
   const std::vector<BoundStep> steps = BindSkeleton(problem, plan.actions);
   if (steps.size() != plan.steps.size()) {
     throw InputError("the plan has " + std::to_string(plan.steps.size()) +
                      " key poses, but its actions have " + std::to_string(steps.size()));
   }
-  CheckResult result;
-  Collector collector(result);
   FrameTree tree(problem.scene, problem.robot.X_WHand);
   std::vector<Pose> poses;
   for (size_t t = 0; t < steps.size(); ++t) {
@@ -94,6 +88,19 @@ CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan) {
                        "' on what hangs on it");
     }
     poses.push_back(step.X_TC);
+  }
+  return CheckKeyPoses(SceneFacts(problem), steps, poses);
+}
+
+CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                          const std::vector<Pose>& poses) {
+  const Problem& problem = facts.problem();
+  CheckResult result;
+  Collector collector(result);
+  FrameTree tree(problem.scene, problem.robot.X_WHand);
+  for (const BoundStep& step : steps) {
+    [[maybe_unused]] const bool hangs = tree.AddStep(step.schema.control, step.schema.target);
+    assert(hangs);
   }
 
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };

@@ -5,10 +5,10 @@
 
 #include "tether/planning/plan.h"
 #include "tether/planning/problem.h"
+#include "tether/planning/skeleton_binding.h"
+#include "tether/planning/step_context.h"
 
 namespace tether::planning {
-
-class SceneFacts;
 
 /// One thing that a plan does not keep, or would not keep with a smaller tolerance.
 struct CheckFinding {
@@ -39,7 +39,9 @@ struct CheckResult {
 /// asked, and every pair of solids that should be apart is measured. Shares no code with the rows of the
 /// optimiser. Throws InputError if the plan's actions and steps don't belong together.
 CheckResult CheckPlan(const Problem& problem, const Plan& plan);
-/// The same, for many plans of one problem: what stays the same over them is worked out once.
-CheckResult CheckPlan(const SceneFacts& facts, const Plan& plan);
+/// The same for a bound skeleton and the poses of its steps' control frames in their targets, which hang on
+/// nothing that hangs on them.
+CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                          const std::vector<math::Pose>& poses);
 
 }  // namespace tether::planning

@@ -50,8 +50,10 @@ std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<st
   Ball ball;
   bool turned = false;
   for (const ChainLink& link : tree.ChainTo(constraints::kHand, step)) {
-    Ball next{link.X.p, 0};
-    if (link.variable >= 0) {
+    Ball next;
+    if (link.variable < 0) {
+      next.centre = tree.parameters()[static_cast<size_t>(link.parameter)].p;
+    } else {
       const std::optional<Ball>& found = located[static_cast<size_t>(link.variable)];
       if (!found) return std::nullopt;
       next = *found;
@@ -62,7 +64,7 @@ std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<st
       ball = {X_WF * next.centre, next.radius};
       turned = true;
     } else {
-      X_WF = X_WF * link.X;
+      X_WF = X_WF * tree.parameters()[static_cast<size_t>(link.parameter)];
     }
   }
   return turned ? ball : Ball{X_WF.p, 0};

@@ -96,5 +96,30 @@ TEST(PlannerTest, WhatCanNotBeAmongTheBestIsPruned) {
   }
 }
 
+TEST(PlannerTest, WhatBlocksACandidateIsNamed) {
+  Problem problem = CarryProblem(0.12, 0.35, 0.65);
+  // Beyond the arm's reach: no pose will do, but nothing proves it.
+  problem.scene.objects[1].X_ParentObject.p = Vector3d(1.5, 0, 0.01);
+  problem.scene.objects[2].X_ParentObject.p = Vector3d(1.5, 0.3, 0.01);
+  problem.scene.objects[3].X_ParentObject.p = Vector3d(1.5, 0.6, 0.01);
+  const PlanReport report = PlanTask(problem, *CarryTask());
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp);
+  for (const CandidateReport& candidate : report.candidates) {
+    EXPECT_EQ(candidate.status, CandidateStatus::kGaveUp);
+    EXPECT_THAT(candidate.blocking, ::testing::Contains(HasSubstr("reach"))) << candidate.reason;
+    EXPECT_THAT(candidate.blocking, ::testing::Contains(HasSubstr("place(block,"))) << candidate.reason;
+  }
+}
+
+TEST(PlannerTest, GivingUpOnFirstActionsSkipsTheirContinuations) {
+  Problem problem = CarryProblem(0.12, 0.35, 0.65);
+  // The block can't be had; there are many things to do after picking it.
+  problem.scene.objects[0].X_ParentObject.p = Vector3d(1.5, 0, 0.02);
+  problem.search.max_actions = 4;
+  const PlanReport report = PlanTask(problem, *CarryTask());
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp);
+  EXPECT_EQ(report.candidates.size(), 1u);
+}
+
 }  // namespace
 }  // namespace tether::planning

@@ -19,20 +19,50 @@ FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand) {
   add(constraints::kHand);
 
   std::vector<Node> start(names_.size());
-  const auto hang = [&](const std::string& name, const std::string& parent, const math::Pose& X) {
-    start[static_cast<size_t>(IndexOf(name))] = {IndexOf(parent), {-1, X}};
+  const auto hang = [&](const std::string& name, const std::string& parent) {
+    start[static_cast<size_t>(IndexOf(name))] = {IndexOf(parent), -1};
   };
-  for (const scene::Object& object : scene.objects) hang(object.name, object.parent, object.X_ParentObject);
-  for (const scene::Region& region : scene.regions) hang(region.name, region.parent, region.X_ParentRegion);
-  for (const scene::Robot& robot : scene.robots) hang(robot.name, robot.parent, robot.X_ParentBase);
-  hang(constraints::kHand, scene::kWorld, X_WHand);
+  for (const scene::Object& object : scene.objects) hang(object.name, object.parent);
+  for (const scene::Region& region : scene.regions) hang(region.name, region.parent);
+  for (const scene::Robot& robot : scene.robots) hang(robot.name, robot.parent);
+  hang(constraints::kHand, scene::kWorld);
   states_.push_back(std::move(start));
+  MoveTo(scene, X_WHand);
+}
+
+void FrameTree::MoveTo(const scene::Scene& scene, const math::Pose& X_WHand) {
+  X_start_.assign(names_.size(), math::Pose());
+  const auto at = [&](const std::string& name) -> math::Pose& {
+    return X_start_[static_cast<size_t>(IndexOf(name))];
+  };
+  for (const scene::Object& object : scene.objects) at(object.name) = object.X_ParentObject;
+  for (const scene::Region& region : scene.regions) at(region.name) = region.X_ParentRegion;
+  for (const scene::Robot& robot : scene.robots) at(robot.name) = robot.X_ParentBase;
+  at(constraints::kHand) = X_WHand;
+  for (size_t i = 0; i < parameters_.size(); ++i)
+    parameters_[i] = PoseAtStart(parameter_frames_[i].first, parameter_frames_[i].second);
+}
+
+math::Pose FrameTree::PoseAtStart(int frame, int ancestor) const {
+  math::Pose X;
+  for (int i = frame; i != ancestor; i = states_.front()[static_cast<size_t>(i)].parent)
+    X = X_start_[static_cast<size_t>(i)] * X;
+  return X;
+}
+
+int FrameTree::ParameterOf(int frame, int ancestor) const {
+  const std::pair wanted(frame, ancestor);
+  const auto found = std::find(parameter_frames_.begin(), parameter_frames_.end(), wanted);
+  if (found != parameter_frames_.end()) return static_cast<int>(found - parameter_frames_.begin());
+  parameter_frames_.push_back(wanted);
+  parameters_.push_back(PoseAtStart(frame, ancestor));
+  return static_cast<int>(parameters_.size()) - 1;
 }
 
 bool FrameTree::AddStep(const std::string& control, const std::string& target) {
   if (HangsOn(target, control, num_steps() - 1)) return false;
   std::vector<Node> next = states_.back();
-  next[static_cast<size_t>(IndexOf(control))] = {IndexOf(target), {num_steps(), math::Pose()}};
+  next[static_cast<size_t>(IndexOf(control))] = {IndexOf(target), num_steps()};
   states_.push_back(std::move(next));
   return true;
 }
@@ -43,7 +73,7 @@ std::string FrameTree::ParentAt(const std::string& frame, int step) const {
 }
 
 int FrameTree::LastMoved(const std::string& frame, int step) const {
-  return states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))].link.variable;
+  return states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))].variable;
 }
 
 bool FrameTree::HangsOn(const std::string& frame, const std::string& ancestor, int step) const {
@@ -63,16 +93,18 @@ const Chain& FrameTree::ChainTo(const std::string& frame, int step) const {
   const int index = IndexOf(frame);
   Chain& chain = chains[static_cast<size_t>(index)];
   if (!chain.empty()) return chain;
-  int count = 0;
-  for (int i = index; i > 0; i = nodes[static_cast<size_t>(i)].parent) ++count;
-  chain.reserve(static_cast<size_t>(count));
-  for (int i = index; i > 0; i = nodes[static_cast<size_t>(i)].parent) {
-    const ChainLink& link = nodes[static_cast<size_t>(i)].link;
-    if (link.variable < 0 && !chain.empty() && chain.back().variable < 0) {
-      chain.back().X = link.X * chain.back().X;
-    } else {
-      chain.push_back(link);
+  for (int i = index; i > 0;) {
+    const int variable = nodes[static_cast<size_t>(i)].variable;
+    if (variable >= 0) {
+      chain.push_back({variable, -1});
+      i = nodes[static_cast<size_t>(i)].parent;
+      continue;
     }
+    int ancestor = i;
+    while (ancestor > 0 && nodes[static_cast<size_t>(ancestor)].variable < 0)
+      ancestor = nodes[static_cast<size_t>(ancestor)].parent;
+    chain.push_back({-1, ParameterOf(i, ancestor)});
+    i = ancestor;
   }
   std::reverse(chain.begin(), chain.end());
   return chain;
@@ -83,7 +115,8 @@ math::Pose FrameTree::PoseAt(const std::string& frame, int step,
   math::Pose X_WF;
   for (const ChainLink& link : ChainTo(frame, step)) {
     assert(link.variable < static_cast<int>(variables.size()));
-    X_WF = X_WF * (link.variable < 0 ? link.X : variables[static_cast<size_t>(link.variable)]);
+    X_WF = X_WF * (link.variable < 0 ? parameters_[static_cast<size_t>(link.parameter)]
+                                     : variables[static_cast<size_t>(link.variable)]);
   }
   return X_WF;
 }
@@ -104,8 +137,7 @@ void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables,
       const size_t i = waiting.back();
       const Node& node = nodes[i];
       if (node.parent >= 0) {
-        const math::Pose& X =
-            node.link.variable < 0 ? node.link.X : variables[static_cast<size_t>(node.link.variable)];
+        const math::Pose& X = node.variable < 0 ? X_start_[i] : variables[static_cast<size_t>(node.variable)];
         X_W[i] = X_W[static_cast<size_t>(node.parent)] * X;
       }
       done[i] = 1;

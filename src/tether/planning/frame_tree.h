@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tether/math/pose.h"
@@ -10,10 +11,11 @@
 
 namespace tether::planning {
 
-/// One link of a kinematic chain: a constant transform, or the pose that a step's variable holds.
+/// One link of a kinematic chain: the pose that a step's variable holds, or one that is given.
 struct ChainLink {
-  int variable = -1;  ///< Index of the step whose variable it is; −1: constant.
-  math::Pose X;       ///< The transform of a constant link.
+  int variable = -1;   ///< Index of the step whose variable it is; −1: it is given.
+  int parameter = -1;  ///< Index in FrameTree::parameters(); −1: it is a variable.
+  bool operator==(const ChainLink&) const = default;
 };
 using Chain = std::vector<ChainLink>;
 
@@ -27,6 +29,10 @@ class FrameTree {
   bool Has(const std::string& frame) const { return index_.contains(frame); }
   int num_steps() const { return static_cast<int>(states_.size()) - 1; }
 
+  /// Moves everything to where it is in `scene`, which has the same frames, with the same parents, and the
+  /// hand. Steps and chains stay as they are; the parameters change.
+  void MoveTo(const scene::Scene& scene, const math::Pose& X_WHand);
+
   /// Adds the next step. False, and nothing changes, if `target` itself hangs on `control`.
   bool AddStep(const std::string& control, const std::string& target);
 
@@ -37,9 +43,11 @@ class FrameTree {
   /// `ancestor` is the frame itself or hangs below it nowhere: true if `frame` hangs on `ancestor`, directly
   /// or not.
   bool HangsOn(const std::string& frame, const std::string& ancestor, int step) const;
-  /// Links from the world to the frame after a step; neighbouring constants are merged. Kept for the next
-  /// time, so not to be called from several threads at once.
+  /// Links from the world to the frame after a step; neighbouring links that are given are one. Kept for the
+  /// next time, so not to be called from several threads at once.
   const Chain& ChainTo(const std::string& frame, int step) const;
+  /// The poses that the links of chains which were asked for so far are given.
+  const std::vector<math::Pose>& parameters() const { return parameters_; }
 
   /// Pose in the world after a step, for given values of the steps' variables (those beyond `step` are not
   /// read).
@@ -52,13 +60,21 @@ class FrameTree {
 
  private:
   struct Node {
-    int parent = -1;  // index; −1 is the world
-    ChainLink link;
+    int parent = -1;    // index; −1 is the world
+    int variable = -1;  // −1: as it was at the start
   };
+  /// Pose of a frame in one that it hung on at the start, directly or not.
+  math::Pose PoseAtStart(int frame, int ancestor) const;
+  int ParameterOf(int frame, int ancestor) const;
+
   std::map<std::string, int> index_;
   std::vector<std::string> names_;
+  std::vector<math::Pose> X_start_;        // of each frame in its parent
   std::vector<std::vector<Node>> states_;  // states_[t + 1] is the tree after step t
-  mutable std::vector<std::vector<Chain>> chains_;  // of states_, by frames; empty: not asked for yet
+  // What was asked for so far:
+  mutable std::vector<std::vector<Chain>> chains_;  // of states_, by frames; empty: not yet
+  mutable std::vector<math::Pose> parameters_;
+  mutable std::vector<std::pair<int, int>> parameter_frames_;  // (frame, ancestor)
 };
 
 }  // namespace tether::planning

@@ -58,7 +58,9 @@ class ProgramSink final : public constraints::RowSink {
   void RefuteIfViolated(const nlp::Residual& residual, Role role) {
     if (role == Role::kCost) return;
     Eigen::VectorXd r(residual.size());
-    residual.Evaluate(nlp::Point(), r, nullptr);
+    nlp::Point nothing;
+    nothing.parameters = target_.tree.parameters();
+    residual.Evaluate(nothing, r, nullptr);
     const double violation = role == Role::kEquality ? r.cwiseAbs().maxCoeff() : r.maxCoeff();
     if (violation > 1e-3)
       RefuteVariant(residual.name() + " can't be changed and is off by " + std::to_string(violation));
@@ -170,6 +172,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
   AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);
   AddCosts(problem, num_steps, sink);
+  out.guess.parameters = out.tree.parameters();
   return out;
 }
 
@@ -179,6 +182,7 @@ bool AddMissingClearances(const SceneFacts& facts, const std::vector<BoundStep>&
   std::vector<Exemption> exemptions;
   ProgramSink sink(key_poses, exemptions);
   AddClearances(facts, steps, key_poses.clearances->TakeNear(key_poses.tree, poses, near), sink);
+  key_poses.guess = {poses, {}, key_poses.tree.parameters()};
   return true;
 }
 

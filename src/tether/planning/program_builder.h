@@ -29,6 +29,9 @@ struct KeyPoseProgram {
 /// Which way to take at each choice, by its key; the best one where a key is missing.
 using Variant = std::map<std::string, int>;
 
+/// Pairs of parts within this of their clearance come near enough to get a row at once, m.
+inline constexpr double kNear = 0.05;
+
 /// How the start of a program differs from the plain one.
 struct ProgramStart {
   double noise = 0;    ///< Random displacement of the guess: 1 is about 12 cm and 0.2 rad.
@@ -45,7 +48,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant = {}, const ProgramStart& start = {});
 
 /// If a pair without a row is nearer than its clearance at `poses`, adds rows for all pairs that are within
-/// `near` of theirs, and returns true.
+/// `near` of theirs, makes `poses` the guess, and returns true.
 bool AddMissingClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                           const std::vector<math::Pose>& poses, double near, KeyPoseProgram& key_poses);
 

@@ -1,0 +1,88 @@
+#include "tether/planning/optimum.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tether::planning {
+namespace {
+
+constexpr int kClearanceRounds = 8;
+
+}  // namespace
+
+Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
+              const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses) {
+  Plan plan;
+  plan.scenario = problem.title;
+  plan.robot = problem.robot.name;
+  plan.actions = actions;
+  for (size_t t = 0; t < steps.size(); ++t) {
+    const BoundStep& step = steps[t];
+    plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, poses[t],
+                          step.schema.execute});
+  }
+  return plan;
+}
+
+nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
+                          const nlp::WarmStart* warm, KeyPoseProgram& key_poses) {
+  const Problem& problem = facts.problem();
+  const auto solver = nlp::MakeSolver(problem.program.backend);
+  nlp::Options options = problem.program.solver;
+  options.stop = problem.search.stop;
+  nlp::WarmStart from;
+  int iterations = 0, evaluations = 0;
+  double seconds = 0;
+  for (int round = 0;; ++round) {
+    options.time_limit_s = std::min(problem.program.solver.time_limit_s, limits.Remaining());
+    nlp::Result result = solver->Solve(key_poses.program, key_poses.guess, options, warm);
+    result.iterations = iterations += result.iterations;
+    result.evaluations = evaluations += result.evaluations;
+    result.solve_s = seconds += result.solve_s;
+    const double near = round < kClearanceRounds ? kNear : std::numeric_limits<double>::infinity();
+    if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses() || limits.Over() ||
+        !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
+      return result;
+    from = std::move(result.warm_start);
+    warm = &from;
+  }
+}
+
+CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum) {
+  const Problem& problem = facts.problem();
+  const double begin = limits.Elapsed();
+  KeyPoseProgram& key_poses = optimum.key_poses;
+  key_poses.tree.MoveTo(problem.scene, problem.robot.X_WHand);
+  const std::vector<math::Pose> before = key_poses.guess.poses;
+  key_poses.guess.parameters = key_poses.tree.parameters();
+  nlp::Result result = SolveKeyPoses(facts, optimum.steps, limits, &optimum.warm_start, key_poses);
+  CandidateReport report;
+  report.evaluations = result.evaluations;
+  report.trace = std::move(result.trace);
+  if (result.x.poses.size() != optimum.steps.size()) {
+    report.plan.actions = optimum.actions;
+    report.reason = limits.Over() ? "the time limit was reached" : "the solver did not converge";
+  } else {
+    const CheckResult check = CheckKeyPoses(facts, optimum.steps, result.x.poses);
+    report.plan = MakePlan(problem, optimum.actions, optimum.steps, result.x.poses);
+    report.plan.cost = check.cost;
+    report.max_violation_m = check.max_violation_m;
+    report.max_violation_rad = check.max_violation_rad;
+    if (check.Feasible(problem.program)) {
+      report.status = CandidateStatus::kFeasible;
+    } else {
+      report.reason = check.Worst();
+    }
+  }
+  if (report.feasible()) {
+    key_poses.guess = std::move(result.x);
+    optimum.warm_start = std::move(result.warm_start);
+  } else {
+    key_poses.guess.poses = before;
+  }
+  report.optimize_s = limits.Elapsed() - begin;
+  return report;
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tether/planning/checker.h"
+#include "tether/planning/limits.h"
+#include "tether/planning/program_builder.h"
+#include "tether/planning/report.h"
+
+namespace tether::planning {
+
+/// Key poses that were optimised, with all that it takes to optimise them again when things have moved: the
+/// program, the discrete choices that are in it, and the multipliers.
+struct Optimum {
+  std::vector<std::string> actions;
+  std::vector<BoundStep> steps;
+  KeyPoseProgram key_poses;  ///< Its guess is the optimum.
+  nlp::WarmStart warm_start;
+};
+
+/// The plan that these key poses are.
+Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
+              const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses);
+
+/// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
+/// may be null. The result counts the evaluations, iterations and seconds of all rounds.
+nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
+                          const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
+
+/// Optimises again where things are now: the scene of `facts` has the same frames on the same parents as the
+/// one that `optimum` is of. Begins at the old poses, which hold relative to the objects that they are tied
+/// to, and keeps the discrete choices. The checker judges the result; if it accepts it, it is the new optimum.
+/// If not (kGaveUp), the old choices may be what is wrong: plan anew.
+CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum);
+
+}  // namespace tether::planning
