@@ -58,8 +58,10 @@ std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
   const planning::Problem& problem = facts.problem();
   const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, actions);
   planning::VariantQueue variants(problem.program.max_variants);
+  planning::ProgramStart start;
+  start.near = planning::kNear;
   while (const auto variant = variants.Next()) {
-    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, *variant);
+    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, *variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
     if (key_poses.refuted_action >= 0) break;
     variants.Expand(*variant, key_poses.choices);
@@ -157,7 +159,7 @@ Programs MeasureBuilding(const planning::Problem& problem, const planning::PlanR
     build.AddTo(measurement.build);
     const Stopwatch check;
     for (const planning::CandidateReport& candidate : report.candidates) {
-      if (!candidate.plan.steps.empty()) planning::CheckPlan(*programs.facts, candidate.plan);
+      if (!candidate.plan.steps.empty()) planning::CheckPlan(problem, candidate.plan);
     }
     check.AddTo(measurement.check);
   }
