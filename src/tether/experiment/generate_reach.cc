@@ -210,7 +210,9 @@ GeneratedScenario GenerateReach(uint64_t seed) {
   draft.max_actions = within ? 2 : 5;
   draft.perturb_position = 0.01;
   draft.perturb_rotation = 0.0873;
-  draft.workspace_size = {0.9, 1.3, 1.0};
+  // The whole table about the arm: the end of the handle may be beside the base.
+  draft.workspace_size = {1.6, 1.3, 1.0};
+  draft.workspace_p_W = {0.3, 0, 0};
   draft.hand_radius = kHandRadius;
 
   DraftObject table;
