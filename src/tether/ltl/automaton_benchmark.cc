@@ -1,6 +1,10 @@
+#include <vector>
+
 #include <benchmark/benchmark.h>
 
+#include "tether/common/random.h"
 #include "tether/ltl/automaton.h"
+#include "tether/ltl/lazy_automaton.h"
 #include "tether/ltl/parser.h"
 #include "tether/ltl/testing.h"
 
@@ -31,6 +35,23 @@ void BM_Assistive(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_Assistive)->Unit(benchmark::kMicrosecond);
+
+/// One step of a search's automaton along random words; states are made as they are met.
+void BM_LazyStep(benchmark::State& state) {
+  LazyAutomaton automaton(ParseFormula(testing::TwoStepTasks(static_cast<int>(state.range(0)))),
+                          Semantics::kCosafe);
+  Random random(1);
+  std::vector<uint64_t> letters(1 << 16);
+  for (uint64_t& letter : letters) letter = random.Next() & random.Next() & random.Next() & random.Next();
+  int at = automaton.initial();
+  size_t i = 0;
+  for (auto _ : state) {
+    at = automaton.Step(at, letters[i++ % letters.size()]);
+    if (automaton.IsSettled(at)) at = automaton.initial();
+  }
+  state.counters["states"] = automaton.states();
+}
+BENCHMARK(BM_LazyStep)->Arg(3)->Arg(8)->Arg(12);
 
 }  // namespace
 }  // namespace tether::ltl
