@@ -175,7 +175,7 @@ events:
   EXPECT_THAT(
       errors,
       HasSubstr("s.yaml:5:19: unknown shape 'bx' of object 'shelf' (did you mean 'box'? accepted: box, "
-                "sphere, capsule or cylinder)"));
+                "sphere, capsule, cylinder, hull or mesh)"));
   EXPECT_THAT(errors, HasSubstr("s.yaml:5:41: unknown key 'pos' in object 'shelf' (did you mean 'pose'?"));
   EXPECT_THAT(errors, HasSubstr("unknown key 'mas' in object 'cup' (did you mean 'mass'?"));
   EXPECT_THAT(
@@ -229,7 +229,7 @@ events:
   EXPECT_THAT(errors, HasSubstr("box of object 'e' is a list of 2 (a list of 3 finite numbers is accepted)"));
   EXPECT_THAT(errors, HasSubstr("'disc' of region 'r' is '.inf'"));
   EXPECT_THAT(errors,
-              HasSubstr("region 's' has no form (one of disc, rectangle, box, sphere, capsule or cylinder)"));
+              HasSubstr("region 's' has no form (one of disc, rectangle, box, sphere, capsule, cylinder, hull or mesh)"));
   EXPECT_THAT(errors, HasSubstr("'translation' of 'weights' of 'planning' is negative"));
   EXPECT_THAT(errors, HasSubstr("'rate' of 'execution' (Hz) is '0'"));
   EXPECT_THAT(errors, HasSubstr("'position' of 'perturb' is negative"));

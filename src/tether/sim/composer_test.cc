@@ -9,6 +9,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/value.h"
+#include "tether/geometry/polytope.h"
 #include "tether/sim/test_scenes.h"
 
 namespace tether::sim {
@@ -59,6 +60,35 @@ TEST(ComposerTest, NamesWithMarkupAreNames) {
   World world(scene, {});
   world.Apply({}, 0.01);
   EXPECT_LT(world.Truth().X_WO.at("<\"a\" & b>").p.z(), 1);
+}
+
+TEST(ComposerTest, AHullRestsOnTheTableAndOnABlock) {
+  const auto wedge = [](double length) {
+    return *geometry::MakeHull({{0, 0, 0},
+                                {length, 0, 0},
+                                {length, 0.06, 0},
+                                {0, 0.06, 0},
+                                {0, 0.01, 0.05},
+                                {0.03, 0.01, 0.05},
+                                {0.03, 0.05, 0.05},
+                                {0, 0.05, 0.05}})
+                .hull;
+  };
+  scene::Scene scene;
+  scene.objects = {MakeTable(), MakeObject("wedge", wedge(0.08), {0.4, 0, 0.001}, 0.2),
+                   MakeObject("block", geometry::Box{{0.1, 0.1, 0.04}}, {0.4, 0.3, 0.02}, 0.3),
+                   MakeObject("upper", wedge(0.06), {0.37, 0.27, 0.041}, 0.1)};
+  World world(scene, {});
+  for (int i = 0; i < 1000; ++i) world.Apply({}, 0.001);
+  const std::map<std::string, math::Pose> settled = world.Truth().X_WO;
+  for (int i = 0; i < 1000; ++i) world.Apply({}, 0.001);
+  for (const char* name : {"wedge", "upper"}) {
+    const math::Pose& X = world.Truth().X_WO.at(name);
+    EXPECT_LT((X.p - settled.at(name).p).norm(), 5e-4) << name;
+    EXPECT_GT(X.R(2, 2), 1 - 1e-5) << name << " lies flat";
+  }
+  EXPECT_NEAR(world.Truth().X_WO.at("wedge").p.z(), 0, 5e-4);
+  EXPECT_NEAR(world.Truth().X_WO.at("upper").p.z(), 0.04, 5e-4);
 }
 
 }  // namespace

@@ -1,0 +1,103 @@
+#include "tether/experiment/hull_reader.h"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/common/value.h"
+#include "tether/experiment/scene_reader.h"
+#include "tether/geometry/polytope.h"
+
+namespace tether::experiment {
+namespace {
+
+using testing::HasSubstr;
+
+const char* const kCube = R"(# a cube of side 2
+v -1 -1 -1
+v 1 -1 -1
+v 1 1 -1
+v -1 1 -1
+v -1 -1 1
+v 1 -1 1
+v 1 1 1
+v -1 1 1
+f 4 3 2 1
+f 5/1 6/1 7/1 8/1
+f 1 2 6 5
+f 2//1 3//1 7//1 6//1
+f -6 -5 -1 -2
+f 4 1 5 8
+)";
+
+/// The shape of a text, and what was wrong with it.
+geometry::Shape Read(const std::string& yaml, std::string* mistakes) {
+  Diagnostics diagnostics;
+  const Value value = ParseYaml(yaml, "s.yaml");
+  const geometry::Shape shape = ReadShape(value, "object 'o'", testing::TempDir(), diagnostics);
+  for (const Diagnostic& diagnostic : diagnostics.list()) *mistakes += diagnostic.ToString() + "\n";
+  return shape;
+}
+
+std::string MistakesOf(const std::string& yaml) {
+  std::string mistakes;
+  Read(yaml, &mistakes);
+  return mistakes;
+}
+
+TEST(HullReaderTest, AHullStandsAtItsCentreOfMass) {
+  std::string mistakes;
+  const geometry::Shape shape =
+      Read("- hull: [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]]\n  pose: {position: [1, 0, 0]}", &mistakes);
+  EXPECT_EQ(mistakes, "");
+  EXPECT_LT((shape.parts[0].X_SP.p - Eigen::Vector3d(1.5, 0.5, 0.5)).norm(), 1e-12);
+  EXPECT_NEAR(geometry::Volume(shape.parts[0].primitive), 8.0 / 6, 1e-12);
+}
+
+TEST(HullReaderTest, AMeshIsReadFromTextAndScaled) {
+  WriteFile(testing::TempDir() + "cube.obj", kCube);
+  std::string mistakes;
+  const geometry::Shape shape = Read("{mesh: cube.obj, scale: 0.1}", &mistakes);
+  EXPECT_EQ(mistakes, "");
+  const auto& hull = std::get<geometry::Hull>(shape.parts[0].primitive);
+  EXPECT_EQ(hull.polytope->faces.size(), 6u);
+  EXPECT_NEAR(hull.polytope->volume, 0.008, 1e-12);
+}
+
+TEST(HullReaderTest, BadPointsAreExplainedWhereTheyStand) {
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}"),
+              testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("lie in one plane"),
+                             HasSubstr("at least four points")));
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}"), HasSubstr("fewer than four"));
+  EXPECT_THAT(MistakesOf("{hull: 3}"), HasSubstr("at least four points"));
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, .nan], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}"),
+              HasSubstr("a point of hull"));
+  EXPECT_THAT(MistakesOf("{box: [1, 1, 1], scale: 2}"), HasSubstr("unknown shape 'scale'"));
+}
+
+TEST(HullReaderTest, BadMeshesAreExplained) {
+  const auto with = [](const std::string& name, const std::string& text) {
+    WriteFile(testing::TempDir() + name, text);
+    return MistakesOf("{mesh: " + name + "}");
+  };
+  EXPECT_THAT(MistakesOf("{mesh: nowhere.obj}"),
+              testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("nowhere.obj"), HasSubstr("can't be read")));
+  EXPECT_THAT(MistakesOf("{mesh: cube.dae}"), HasSubstr("ends with .obj or .stl"));
+  EXPECT_THAT(with("empty.obj", "v 0 0 0\n"), HasSubstr("no triangles"));
+  EXPECT_THAT(with("bad.obj", "v 0 0 0\nv 1 x 0\n"), HasSubstr("bad.obj:2:1: 'v 1 x 0' is not a point"));
+  EXPECT_THAT(with("bad.obj", "v 0 0 0\nf 1 2 3\n"), HasSubstr("bad.obj:2:1: the face has the corner '2'"));
+  EXPECT_THAT(with("bad.stl", "nonsense"), HasSubstr("not an STL file"));
+  EXPECT_THAT(with("flat.stl", "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"),
+              HasSubstr("fewer than four"));
+  std::string hollow = kCube;
+  hollow += "v 0 0 -0.5\n";
+  hollow.replace(hollow.find("f 5/1 6/1 7/1 8/1"), 17, "");
+  hollow += "f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+  EXPECT_THAT(with("hollow.obj", hollow), HasSubstr("is not convex: it fills 75 % of its hull"));
+  WriteFile(testing::TempDir() + "hollow.obj", hollow);
+  EXPECT_EQ(MistakesOf("{mesh: hollow.obj, fill: true}"), "");
+}
+
+}  // namespace
+}  // namespace tether::experiment
