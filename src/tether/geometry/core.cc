@@ -178,30 +178,28 @@ Flat Project(const Feature& feature, const Vector3d& u, const Vector3d& v) {
 
 /// The corners that are extreme along d: those of a face whose normal d is, to within kParallel, or the ends
 /// of an edge that d is at right angles to, or one.
-Feature ExtremeFeatureOfHull(const Polytope& hull, const math::Pose& X, const Vector3d& d) {
-  Feature feature;
+void ExtremeFeatureOfHull(const Polytope& hull, const math::Pose& X, const Vector3d& d, Feature* feature) {
   for (const Polytope::Face& face : hull.faces) {
     if (face.normal.dot(d) < 0.9 || face.normal.cross(d).norm() > kParallel) continue;
     const size_t count = face.corners.size();
-    feature.size = std::min(static_cast<int>(count), Feature::kMaxPoints);
-    for (int i = 0; i < feature.size; ++i) {
-      feature.points[i] = X * hull.vertices[face.corners[i * count / feature.size]];
+    feature->size = std::min(static_cast<int>(count), Feature::kMaxPoints);
+    for (int i = 0; i < feature->size; ++i) {
+      feature->points[i] = X * hull.vertices[face.corners[i * count / feature->size]];
     }
-    return feature;
+    return;
   }
   int top = 0;
   for (size_t i = 1; i < hull.vertices.size(); ++i) {
     if (d.dot(hull.vertices[i]) > d.dot(hull.vertices[top])) top = static_cast<int>(i);
   }
-  feature.size = 1;
-  feature.points[0] = X * hull.vertices[top];
+  feature->size = 1;
+  feature->points[0] = X * hull.vertices[top];
   for (const Polytope::Edge& edge : hull.edges) {
     if ((edge.from != top && edge.to != top) || std::abs(d.dot(edge.along)) > kParallel) continue;
-    feature.size = 2;
-    feature.points[1] = X * hull.vertices[edge.from == top ? edge.to : edge.from];
+    feature->size = 2;
+    feature->points[1] = X * hull.vertices[edge.from == top ? edge.to : edge.from];
     break;
   }
-  return feature;
 }
 
 }  // namespace
@@ -260,8 +258,11 @@ Core MakeCore(const Primitive& primitive) {
 
 Feature ExtremeFeature(const Core& core, const math::Pose& X, const Vector3d& n) {
   const Vector3d d = X.R.transpose() * n;
-  if (core.disc < 0) return ExtremeFeatureOfHull(*core.hull, X, d);
   Feature feature;
+  if (core.disc < 0) {
+    ExtremeFeatureOfHull(*core.hull, X, d, &feature);
+    return feature;
+  }
   const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
   if (core.disc > 0 && across <= kParallel) {
     feature.size = Feature::kDiscPoints;

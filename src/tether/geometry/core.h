@@ -33,6 +33,11 @@ struct Core {
     return std::abs(d.x()) * half.x() + std::abs(d.y()) * half.y() + std::abs(d.z()) * half.z() +
            (disc != 0 ? SupportAcross(d) : 0.0);
   }
+  /// Support(−d), without the sign where it makes no difference.
+  double SupportAgainst(const Eigen::Vector3d& d) const {
+    return std::abs(d.x()) * half.x() + std::abs(d.y()) * half.y() + std::abs(d.z()) * half.z() +
+           (disc != 0 ? SupportAcross(-d) : 0.0);
+  }
   /// A point of the core where d · x is greatest.
   Eigen::Vector3d SupportPoint(const Eigen::Vector3d& d) const;
 
@@ -63,7 +68,7 @@ struct Query {
   /// The extent of B along n less that of A: a lower bound of the signed distance for every unit n, equal to
   /// it for the best n.
   double Separation(const Eigen::Vector3d& n) const {
-    return n.dot(X_AB.p) - a.Support(n) - b.Support(-(X_AB.R.transpose() * n));
+    return n.dot(X_AB.p) - a.Support(n) - b.SupportAgainst(X_AB.R.transpose() * n);
   }
 };
 
@@ -72,7 +77,13 @@ struct Query {
 struct Feature {
   static constexpr int kDiscPoints = 16;
   static constexpr int kMaxPoints = 48;
-  std::array<Eigen::Vector3d, kMaxPoints> points;
+  /// Columns of a matrix, which unlike an array of vectors is not constructed one by one.
+  struct Points {
+    Eigen::Matrix<double, 3, kMaxPoints> columns;
+    auto operator[](int i) { return columns.col(i); }
+    auto operator[](int i) const { return columns.col(i); }
+  };
+  Points points;
   int size = 0;
 };
 
