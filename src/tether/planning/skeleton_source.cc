@@ -32,12 +32,12 @@ void SkeletonSource::AddConflict(const task::Conflict& conflict) {
   fresh_ = false;
 }
 
-task::SearchOutcome SkeletonSource::Next(const Limits& limits, int max_actions) {
+task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<double> max_cost) {
   // In short turns, so that an interruption is noticed.
   for (;;) {
     task::SearchLimits turn;
     turn.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
-    turn.max_actions = max_actions;
+    turn.max_cost = max_cost;
     task::SearchOutcome outcome = search_->Next(turn);
     if (outcome.found() && !yielded_.insert(outcome.skeleton->actions).second) continue;
     if (outcome.status == task::SearchStatus::kDepthLimit && !fresh_) {
@@ -54,17 +54,16 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, int max_actions) 
 std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
   const size_t size = options_.max_plans > 0 ? kLargestBatch : kBatch;
   std::vector<std::vector<int>> batch;
-  // Without a limit on their length there is no end of candidates: then the shortest are compared first.
-  int max_actions = 0;
+  // Without a limit on their length there is no end of candidates: then the cheapest are compared first.
+  std::optional<double> max_cost;
   while (batch.size() < size) {
-    task::SearchOutcome outcome = Next(limits, max_actions);
+    task::SearchOutcome outcome = Next(limits, max_cost);
     ended_ = outcome.status;
     if (!outcome.found()) {
-      if (max_actions > 0 && ended_ == task::SearchStatus::kDepthLimit) ended_ = task::SearchStatus::kFound;
+      if (max_cost && ended_ == task::SearchStatus::kDepthLimit) ended_ = task::SearchStatus::kFound;
       break;
     }
-    if (options_.max_plans > 0 && options_.max_actions == 0)
-      max_actions = static_cast<int>(outcome.skeleton->actions.size());
+    if (options_.max_plans > 0 && options_.max_actions == 0) max_cost = outcome.skeleton->cost;
     batch.push_back(std::move(outcome.skeleton->actions));
   }
   return batch;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@ class SkeletonSource {
   /// `task` must outlive the source.
   SkeletonSource(const symbolic::Task& task, const SearchOptions& options);
 
-  /// The next skeletons, shortest first; none: see ended().
+  /// The next skeletons, cheapest first; none: see ended().
   std::vector<std::vector<int>> NextBatch(const Limits& limits);
   /// Nothing that begins with the conflict's prefix comes any more.
   void AddConflict(const task::Conflict& conflict);
@@ -29,7 +30,7 @@ class SkeletonSource {
 
  private:
   void Restart();
-  task::SearchOutcome Next(const Limits& limits, int max_actions);
+  task::SearchOutcome Next(const Limits& limits, std::optional<double> max_cost);
 
   const symbolic::Task& task_;
   SearchOptions options_;

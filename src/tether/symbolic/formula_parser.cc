@@ -174,7 +174,16 @@ Formula FormulaParser::ParseAtom(const Expression& expression) {
         Suggest(head, known));
     return formula;
   }
-  const Predicate& predicate = domain_.predicates[static_cast<size_t>(index)];
+  std::vector<Term> terms;
+  if (!ParseArguments(expression, domain_.predicates[static_cast<size_t>(index)], terms)) return formula;
+  formula.kind = Formula::Kind::kAtom;
+  formula.predicate = index;
+  formula.terms = std::move(terms);
+  return formula;
+}
+
+bool FormulaParser::ParseArguments(const Expression& expression, const Predicate& predicate,
+                                   std::vector<Term>& terms) {
   const size_t given = expression.items.size() - 1;
   const bool right_count = given == predicate.parameters.size();
   if (!right_count) {
@@ -184,7 +193,6 @@ Formula FormulaParser::ParseAtom(const Expression& expression) {
                      "accepted: " + Signature(predicate, domain_));
   }
   bool good = right_count;
-  std::vector<Term> terms;
   for (size_t i = 0; i < given; ++i) {
     const Expression& item = expression.items[i + 1];
     Term term;
@@ -202,11 +210,7 @@ Formula FormulaParser::ParseAtom(const Expression& expression) {
     }
     terms.push_back(term);
   }
-  if (!good) return formula;
-  formula.kind = Formula::Kind::kAtom;
-  formula.predicate = index;
-  formula.terms = std::move(terms);
-  return formula;
+  return good;
 }
 
 std::vector<TypedName> FormulaParser::ParseVariables(const Expression& expression) {
@@ -285,13 +289,21 @@ Effect FormulaParser::ParseEffect(const Expression& expression) {
   auto literal = [&](const Expression& atom, Kind kind) {
     const Formula parsed = ParseAtom(atom);
     if (parsed.kind != Formula::Kind::kAtom) return;
+    if (domain_.IsDerived(parsed.predicate)) {
+      diagnostics_.Add(atom.where, Show(atom) + ": an effect can't change a derived predicate");
+      return;
+    }
     effect.kind = kind;
     effect.predicate = parsed.predicate;
     effect.terms = parsed.terms;
   };
   if (head == "and") {
-    for (size_t i = 1; i < expression.items.size(); ++i)
-      effect.children.push_back(ParseEffect(expression.items[i]));
+    for (size_t i = 1; i < expression.items.size(); ++i) {
+      Effect child = ParseEffect(expression.items[i]);
+      const bool is_cost = LowerCase(expression.items[i].head()) == "increase" && child.children.empty() &&
+                           child.kind == Kind::kAnd;
+      if (!is_cost) effect.children.push_back(std::move(child));
+    }
   } else if (head == "not") {
     if (!HasItems(expression, 2, "(not (predicate …))")) return effect;
     const Expression& atom = expression.items[1];
@@ -307,16 +319,22 @@ Effect FormulaParser::ParseEffect(const Expression& expression) {
     effect.kind = Kind::kForall;
     effect.variables = ParseVariables(expression.items[1]);
     Push(effect.variables);
+    ++nested_;
     effect.children.push_back(ParseEffect(expression.items[2]));
+    --nested_;
     Pop(effect.variables.size());
   } else if (head == "when") {
     if (!HasItems(expression, 3, "(when condition effect)")) return effect;
     effect.kind = Kind::kWhen;
     effect.condition = ParseFormula(expression.items[1]);
+    ++nested_;
     effect.children.push_back(ParseEffect(expression.items[2]));
+    --nested_;
+  } else if (head == "increase" && domain_.FindPredicate(head) < 0) {
+    ParseIncrease(expression);
   } else if (domain_.FindPredicate(head) < 0 && Contains(kNumeric, head)) {
-    diagnostics_.Add(expression.where,
-                     Show(expression) + ": action costs and numeric fluents are not supported");
+    diagnostics_.Add(expression.where, Show(expression) + ": numeric fluents are not supported, except costs",
+                     "accepted: (increase (total-cost) …)");
   } else if (domain_.FindPredicate(head) < 0 && (Contains(kConnectives, head) || head == "=")) {
     diagnostics_.Add(expression.where, Show(expression) + " is not an effect",
                      "accepted: (predicate …), (not (predicate …)), (and …), (forall …) and (when …)");
@@ -324,6 +342,71 @@ Effect FormulaParser::ParseEffect(const Expression& expression) {
     literal(expression, Kind::kAdd);
   }
   return effect;
+}
+
+bool IsTotalCost(const Expression& expression) {
+  return LowerCase(expression.head()) == "total-cost" && expression.items.size() == 1;
+}
+
+int64_t ParseNumber(const Expression& expression, const std::string& what, Diagnostics& diagnostics) {
+  constexpr size_t kMostDigits = 9;  // Sums along a plan must not overflow.
+  const std::string& word = expression.word;
+  const size_t point = std::min(word.find('.'), word.size());
+  const std::string whole = word.substr(0, point);
+  std::string fraction = point < word.size() ? word.substr(point + 1) : "";
+  while (!fraction.empty() && fraction.back() == '0') fraction.pop_back();
+  const bool digits = (whole + fraction).find_first_not_of("0123456789") == std::string::npos;
+  if (expression.is_list || !digits || whole.empty() || whole.size() > kMostDigits || fraction.size() > 6) {
+    diagnostics.Add(expression.where, what + " is " + Show(expression),
+                    "accepted: a number from 0 to 999999999, with up to six digits after the point");
+    return 0;
+  }
+  fraction.resize(6, '0');
+  return std::stoll(whole) * kMillion + std::stoll(fraction);
+}
+
+void FormulaParser::ParseIncrease(const Expression& expression) {
+  if (!HasItems(expression, 3, "(increase (total-cost) cost)")) return;
+  if (!IsTotalCost(expression.items[1])) {
+    diagnostics_.Add(expression.items[1].where,
+                     "'(increase " + Show(expression.items[1]).substr(1) +
+                         ": numeric fluents are not supported, except costs",
+                     "accepted: (increase (total-cost) …)");
+  } else if (domain_.FindFunction("total-cost") < 0) {
+    diagnostics_.Add(expression.items[1].where, "':functions' does not declare 'total-cost'",
+                     "accepted: (:functions (total-cost) - number)");
+  } else if (nested_ > 0 || cost_ == nullptr) {
+    diagnostics_.Add(expression.where, "the cost of an action can't depend on the state or on other objects",
+                     "accepted: '(increase (total-cost) …)' outside 'when' and 'forall'");
+  } else {
+    ParseCost(expression.items[2]);
+  }
+}
+
+void FormulaParser::ParseCost(const Expression& expression) {
+  CostTerm term;
+  term.where = expression.where;
+  if (!expression.is_list) {
+    term.millionths = ParseNumber(expression, "the cost", diagnostics_);
+    cost_->push_back(std::move(term));
+    return;
+  }
+  const std::string_view head = expression.head();
+  if (head == "+") {
+    for (size_t i = 1; i < expression.items.size(); ++i) ParseCost(expression.items[i]);
+    return;
+  }
+  const int index = domain_.FindFunction(head);
+  if (index < 0 || IsTotalCost(expression)) {
+    diagnostics_.Add(
+        expression.where, Show(expression) + " is not a cost",
+        "accepted: a number, (+ …), or a function: " + Suggest(head, NamesOf(domain_.functions)));
+    return;
+  }
+  const Function& function = domain_.functions[static_cast<size_t>(index)];
+  if (!ParseArguments(expression, {function.name, function.parameters, function.where}, term.terms)) return;
+  term.function = index;
+  cost_->push_back(std::move(term));
 }
 
 }  // namespace tether::symbolic

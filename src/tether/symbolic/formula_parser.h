@@ -49,11 +49,18 @@ class FormulaParser {
                 Diagnostics& diagnostics)
       : domain_(domain), objects_(objects), scope_(std::move(scope)), diagnostics_(diagnostics) {}
 
+  /// From now on `(increase (total-cost) …)` is an effect, and adds to `cost`.
+  void CollectCost(std::vector<CostTerm>* cost) { cost_ = cost; }
+
   Formula ParseFormula(const Expression& expression);
   Effect ParseEffect(const Expression& expression);
+  /// Checks the arguments of a predicate or function, `signature`, and reads them into `terms`.
+  bool ParseArguments(const Expression& expression, const Predicate& signature, std::vector<Term>& terms);
 
  private:
   Formula ParseAtom(const Expression& expression);
+  void ParseIncrease(const Expression& expression);
+  void ParseCost(const Expression& expression);
   std::vector<TypedName> ParseVariables(const Expression& expression);
   bool ParseTerm(const Expression& expression, Term& term);
   const std::vector<int>& TypesOf(const Term& term) const;
@@ -67,6 +74,15 @@ class FormulaParser {
   const std::vector<TypedName>& objects_;
   std::vector<TypedName> scope_;
   Diagnostics& diagnostics_;
+  std::vector<CostTerm>* cost_ = nullptr;
+  int nested_ = 0;  // Effects around the place that depend on the state or on objects.
 };
+
+/// Reads a number that is not negative and has up to six digits after the point, in millionths; reports what
+/// is none, as "the cost" or whatever `what` says, and returns 0.
+int64_t ParseNumber(const Expression& expression, const std::string& what, Diagnostics& diagnostics);
+
+/// Whether `expression` is `(total-cost)`.
+bool IsTotalCost(const Expression& expression);
 
 }  // namespace tether::symbolic

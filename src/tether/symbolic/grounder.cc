@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <iterator>
+#include <map>
+#include <numeric>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "tether/symbolic/instantiate.h"
+#include "tether/symbolic/join.h"
 #include "tether/symbolic/task.h"
 
 namespace tether::symbolic {
@@ -12,7 +16,7 @@ namespace {
 
 constexpr size_t kMaxActions = 1'000'000;
 
-/// An action with its variables bound, over provisional atom numbers.
+/// An action or axiom with its variables bound, over provisional atom numbers.
 struct Draft {
   struct Effect {
     GroundFormula condition;
@@ -37,15 +41,12 @@ bool IsStatic(const Formula& formula, const std::set<int>& changed) {
                      [&](const Formula& child) { return IsStatic(child, changed); });
 }
 
-/// One more than the highest of the first `parameters` variables that occur.
-size_t BoundAt(const Formula& formula, size_t parameters) {
-  size_t level = 0;
+/// Those of the first `parameters` variables that occur.
+void CollectVariables(const Formula& formula, size_t parameters, std::set<int>& variables) {
   for (const Term& term : formula.terms) {
-    const auto index = static_cast<size_t>(term.index);
-    if (term.is_variable && index < parameters) level = std::max(level, index + 1);
+    if (term.is_variable && static_cast<size_t>(term.index) < parameters) variables.insert(term.index);
   }
-  for (const Formula& child : formula.children) level = std::max(level, BoundAt(child, parameters));
-  return level;
+  for (const Formula& child : formula.children) CollectVariables(child, parameters, variables);
 }
 
 void CollectConjuncts(const Formula& formula, std::vector<const Formula*>& conjuncts) {
@@ -58,88 +59,126 @@ void CollectConjuncts(const Formula& formula, std::vector<const Formula*>& conju
 
 }  // namespace
 
+/// Finds what may ever hold and which actions may ever apply when effects only add possibilities, fact by
+/// fact: each new fact is joined with the others that an action or axiom needs.
 class Grounder {
  public:
   explicit Grounder(std::shared_ptr<const Problem> problem)
       : problem_(std::move(problem)),
         domain_(*problem_->domain),
-        instantiator_(*problem_, [this](const Atom& atom) { return Provisional(atom); }) {
+        instantiator_(*problem_, [this](const Atom& atom) { return Provisional(atom); }),
+        join_(*problem_, table_, instantiator_) {
     for (const Action& action : domain_.actions) CollectChanged(action.effect, changed_);
+    for (const DerivedRule& rule : domain_.derived) changed_.insert(rule.predicate);
     for (const Fact& fact : problem_->init) {
-      Atom atom{fact.predicate, fact.arguments};
-      if (changed_.count(atom.predicate)) Number(atom, true);
-      facts_.insert(std::move(atom));
+      const int number = Number({fact.predicate, fact.arguments});
+      if (initial_[static_cast<size_t>(number)]) continue;
+      initial_[static_cast<size_t>(number)] = true;
+      may_fail_[static_cast<size_t>(number)] = false;
+      if (changed_.count(fact.predicate)) {
+        MayHold(number);
+      } else {
+        may_hold_[static_cast<size_t>(number)] = true;
+        join_.AddFact(number);
+      }
+    }
+    for (const Action& action : domain_.actions)
+      AddRule(action.parameters, action.precondition, action.where);
+    for (const DerivedRule& rule : domain_.derived) AddRule(rule.parameters, rule.body, rule.where);
+    for (const FunctionValue& value : problem_->values) {
+      values_[{value.function, value.arguments}] = value.millionths;
     }
   }
 
   std::shared_ptr<const Task> Run() {
-    for (size_t i = 0; i < domain_.actions.size(); ++i) DraftActions(static_cast<int>(i));
+    for (size_t i = 0; i < rules_.size(); ++i) {
+      const bool waits =
+          std::any_of(rules_[i].patterns.begin(), rules_[i].patterns.end(),
+                      [&](const auto& pattern) { return changed_.count(pattern.predicate) > 0; });
+      if (!waits) join_.Match(rules_[i], [&](std::vector<int>& binding) { AddDraft(i, binding); });
+    }
     Reach();
     return Finish();
   }
 
  private:
-  GroundFormula Provisional(const Atom& atom) {
-    if (!changed_.count(atom.predicate)) return GroundFormula::Constant(facts_.count(atom) > 0);
-    return GroundFormula::Literal(Number(atom, false), true);
-  }
-
-  int Number(const Atom& atom, bool initially) {
-    const auto [it, is_new] = numbers_.emplace(atom, static_cast<int>(may_hold_.size()));
-    if (is_new) {
-      may_hold_.push_back(initially);
-      may_fail_.push_back(!initially);
-    }
-    return it->second;
-  }
-
-  void DraftActions(int schema) {
-    const Action& action = domain_.actions[static_cast<size_t>(schema)];
+  void AddRule(const std::vector<TypedName>& parameters, const Formula& condition, const Location& where) {
+    JoinRule rule;
+    rule.parameters = &parameters;
+    rule.where = where;
     std::vector<const Formula*> conjuncts;
-    CollectConjuncts(action.precondition, conjuncts);
-    std::vector<std::vector<const Formula*>> checks(action.parameters.size() + 1);
+    CollectConjuncts(condition, conjuncts);
     for (const Formula* conjunct : conjuncts) {
-      if (IsStatic(*conjunct, changed_)) {
-        checks[BoundAt(*conjunct, action.parameters.size())].push_back(conjunct);
+      if (conjunct->kind == Formula::Kind::kAtom) {
+        if (changed_.count(conjunct->predicate)) {
+          triggers_[conjunct->predicate].push_back({rules_.size(), static_cast<int>(rule.patterns.size())});
+        }
+        rule.patterns.push_back({conjunct->predicate, conjunct->terms});
+      } else if (IsStatic(*conjunct, changed_)) {
+        std::set<int> variables;
+        CollectVariables(*conjunct, parameters.size(), variables);
+        rule.tests.push_back({conjunct, {variables.begin(), variables.end()}});
       }
     }
-    std::vector<int> binding;
-    ChooseArguments(schema, action, checks, binding);
+    rules_.push_back(std::move(rule));
   }
 
-  void ChooseArguments(int schema, const Action& action,
-                       const std::vector<std::vector<const Formula*>>& checks, std::vector<int>& binding) {
-    for (const Formula* check : checks[binding.size()]) {
-      std::vector<int> extended = binding;
-      extended.resize(action.parameters.size(),
-                      -1);  // Quantified variables are numbered after all parameters.
-      if (instantiator_.Instantiate(*check, extended).is_false()) return;
+  GroundFormula Provisional(const Atom& atom) {
+    if (!changed_.count(atom.predicate)) {
+      const int number = table_.Find(atom);
+      return GroundFormula::Constant(number >= 0 && initial_[static_cast<size_t>(number)]);
     }
-    if (binding.size() == action.parameters.size()) {
-      AddDraft(schema, action, binding);
-      return;
-    }
-    for (int object : instantiator_.types().ObjectsOf(action.parameters[binding.size()].types)) {
-      instantiator_.CountStep(action.where);
-      binding.push_back(object);
-      ChooseArguments(schema, action, checks, binding);
-      binding.pop_back();
-    }
+    return GroundFormula::Literal(Number(atom), true);
   }
 
-  void AddDraft(int schema, const Action& action, std::vector<int>& binding) {
+  int Number(const Atom& atom) {
+    const int number = table_.Number(atom);
+    if (static_cast<size_t>(number) == initial_.size()) {
+      initial_.push_back(false);
+      may_hold_.push_back(false);
+      may_fail_.push_back(true);
+    }
+    return number;
+  }
+
+  void MayHold(int atom) {
+    if (may_hold_[static_cast<size_t>(atom)]) return;
+    may_hold_[static_cast<size_t>(atom)] = true;
+    queue_.push_back(atom);
+  }
+
+  void MayFail(int atom) {
+    if (may_fail_[static_cast<size_t>(atom)]) return;
+    may_fail_[static_cast<size_t>(atom)] = true;
+    more_may_fail_ = true;
+  }
+
+  void AddDraft(size_t rule, std::vector<int>& binding) {
     Draft draft;
-    draft.schema = schema;
-    draft.arguments = binding;
-    draft.precondition = instantiator_.Instantiate(action.precondition, binding);
-    if (draft.precondition.is_false()) return;
-    AddEffect(action.effect, binding, GroundFormula{}, draft.effects);
+    const size_t actions = domain_.actions.size();
+    if (rule >= actions) {
+      const DerivedRule& derived = domain_.derived[rule - actions];
+      draft.precondition = instantiator_.Instantiate(derived.body, binding);
+      if (draft.precondition.is_false()) return;
+      draft.schema = static_cast<int>(rule);
+      draft.arguments = binding;
+      draft.effects.push_back({GroundFormula{}, {}, {Number({derived.predicate, binding})}});
+    } else {
+      const Action& action = domain_.actions[rule];
+      draft.schema = static_cast<int>(rule);
+      draft.arguments = binding;
+      draft.precondition = instantiator_.Instantiate(action.precondition, binding);
+      if (draft.precondition.is_false()) return;
+      AddEffect(action.effect, binding, GroundFormula{}, draft.effects);
+    }
     if (drafts_.size() >= kMaxActions) {
-      throw InputError(
-          {{action.where, "the problem has more than " + std::to_string(kMaxActions) + " ground actions",
-            "use fewer objects, parameters or narrower types"}});
+      throw InputError({{rules_[rule].where,
+                         "the problem has more than " + std::to_string(kMaxActions) + " ground actions",
+                         "use fewer objects, parameters or narrower types"}});
     }
     drafts_.push_back(std::move(draft));
+    waiting_.push_back(drafts_.size() - 1);
+    if (!Fire(drafts_.size() - 1)) waiting_.pop_back();
   }
 
   void AddEffect(const Effect& effect, std::vector<int>& binding, const GroundFormula& condition,
@@ -147,7 +186,7 @@ class Grounder {
     switch (effect.kind) {
       case Effect::Kind::kAdd:
       case Effect::Kind::kDelete: {
-        const int atom = Number(Instantiator::Bind(effect.predicate, effect.terms, binding), false);
+        const int atom = Number(Instantiator::Bind(effect.predicate, effect.terms, binding));
         if (effects.empty()) effects.push_back({condition, {}, {}});
         Draft::Effect& target =
             effects.front();  // The first entry has `condition`; those of inner `when`s follow.
@@ -186,8 +225,8 @@ class Grounder {
     }
   }
 
-  bool MayHold(const GroundFormula& formula) const {
-    auto may = [&](const GroundFormula& child) { return MayHold(child); };
+  bool MayBe(const GroundFormula& formula) const {
+    auto may = [&](const GroundFormula& child) { return MayBe(child); };
     switch (formula.kind) {
       case GroundFormula::Kind::kTrue:
         return true;
@@ -203,28 +242,39 @@ class Grounder {
     return false;
   }
 
-  /// Which atoms may ever hold or fail, and which actions may ever apply, when effects only add
-  /// possibilities.
+  /// Does what a draft may do by now; false if that is all it can ever do.
+  bool Fire(size_t index) {
+    Draft& draft = drafts_[index];
+    if (!draft.reached && !MayBe(draft.precondition)) return true;
+    draft.reached = true;
+    bool all = true;
+    for (const Draft::Effect& effect : draft.effects) {
+      if (!MayBe(effect.condition)) {
+        all = false;
+        continue;
+      }
+      for (int atom : effect.adds) MayHold(atom);
+      for (int atom : effect.deletes) MayFail(atom);
+    }
+    return !all;
+  }
+
   void Reach() {
-    bool grew = true;
-    auto mark = [&](std::vector<bool>& flags, int atom) {
-      if (flags[static_cast<size_t>(atom)]) return;
-      flags[static_cast<size_t>(atom)] = true;
-      grew = true;
-    };
-    while (grew) {
-      grew = false;
-      for (Draft& draft : drafts_) {
-        if (!draft.reached && !MayHold(draft.precondition)) continue;
-        if (draft.reached && draft.effects.size() <= 1) continue;
-        draft.reached = true;
-        for (const Draft::Effect& effect : draft.effects) {
-          if (!MayHold(effect.condition)) continue;
-          for (int atom : effect.adds) mark(may_hold_, atom);
-          for (int atom : effect.deletes) mark(may_fail_, atom);
+    do {
+      // Facts come into the join one by one, so that each binding is found with the last of its facts.
+      for (; next_ < queue_.size(); ++next_) {
+        const int fact = queue_[next_];
+        join_.AddFact(fact);
+        const auto triggers = triggers_.find(table_.atom(fact).predicate);
+        if (triggers == triggers_.end()) continue;
+        for (const auto& [rule, pattern] : triggers->second) {
+          join_.Match(rules_[rule], pattern, fact,
+                      [&, rule = rule](std::vector<int>& binding) { AddDraft(rule, binding); });
         }
       }
-    }
+      more_may_fail_ = false;
+      std::erase_if(waiting_, [&](size_t index) { return !Fire(index); });
+    } while (next_ < queue_.size() || more_may_fail_);
   }
 
   GroundFormula Renumber(const GroundFormula& formula) const {
@@ -258,30 +308,84 @@ class Grounder {
   std::shared_ptr<const Task> Finish() {
     std::shared_ptr<Task> task(new Task());
     task->problem_ = problem_;
+    std::vector<int> order(may_hold_.size());
+    for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return table_.atom(a) < table_.atom(b); });
     final_.assign(may_hold_.size(), -1);
-    for (const auto& [atom, number] : numbers_) {
+    for (int number : order) {
       const auto i = static_cast<size_t>(number);
-      if (may_hold_[i] && may_fail_[i]) {
+      const Atom& atom = table_.atom(number);
+      if (may_hold_[i] && may_fail_[i] && changed_.count(atom.predicate)) {
         final_[i] = static_cast<int>(task->atoms_.size());
-        task->atom_index_.emplace(atom, final_[i]);
         task->atoms_.push_back(atom);
       } else if (may_hold_[i]) {
         task->constant_atoms_.push_back(atom);
       }
     }
-    for (const Atom& atom : facts_) {
-      if (!changed_.count(atom.predicate)) task->constant_atoms_.push_back(atom);
-    }
-    std::sort(task->constant_atoms_.begin(), task->constant_atoms_.end());
     task->initial_state_.assign(std::max<size_t>(1, (task->atoms_.size() + 63) / 64), 0);
-    for (size_t i = 0; i < task->atoms_.size(); ++i) {
-      if (facts_.count(task->atoms_[i])) task->initial_state_[i / 64] |= uint64_t{1} << (i % 64);
+    for (size_t i = 0; i < final_.size(); ++i) {
+      if (final_[i] < 0 || !initial_[i]) continue;
+      const auto atom = static_cast<size_t>(final_[i]);
+      task->initial_state_[atom / 64] |= uint64_t{1} << (atom % 64);
     }
+    std::sort(drafts_.begin(), drafts_.end(), [](const Draft& a, const Draft& b) {
+      return std::tie(a.schema, a.arguments) < std::tie(b.schema, b.arguments);
+    });
     for (const Draft& draft : drafts_) {
-      if (draft.reached) AddAction(draft, *task);
+      if (!draft.reached) continue;
+      if (static_cast<size_t>(draft.schema) < domain_.actions.size()) {
+        AddAction(draft, *task);
+      } else {
+        AddAxiom(draft, *task);
+      }
     }
+    SetCosts(*task);
+    task->IndexActions();
+    if (!task->derived_.empty()) task->Derive(task->initial_state_);
     task->goal_ = task->Compile(problem_->goal);
     return task;
+  }
+
+  void AddAxiom(const Draft& draft, Task& task) const {
+    const int head = draft.effects.front().adds.front();
+    const int atom = final_[static_cast<size_t>(head)];
+    const auto stratum =
+        static_cast<size_t>(domain_.strata[static_cast<size_t>(table_.atom(head).predicate)]);
+    if (task.axioms_.size() < stratum) task.axioms_.resize(stratum);
+    task.axioms_[stratum - 1].push_back({atom, Condition(Renumber(draft.precondition))});
+    task.derived_.resize(task.initial_state_.size(), 0);
+    task.derived_[static_cast<size_t>(atom) / 64] |= uint64_t{1} << (atom % 64);
+  }
+
+  /// Costs as whole multiples of a unit that is as large as possible; 1 each if cost is not to be minimised.
+  void SetCosts(Task& task) const {
+    if (!problem_->minimize_cost) return;
+    Diagnostics missing;
+    int64_t unit = 0;
+    for (GroundAction& action : task.actions_) {
+      action.cost = 0;
+      for (const CostTerm& term : domain_.actions[static_cast<size_t>(action.schema)].cost) {
+        action.cost += term.function < 0 ? term.millionths : ValueOf(term, action, missing);
+      }
+      unit = std::gcd(unit, action.cost);
+    }
+    missing.ThrowIfAny();
+    if (unit == 0) return;
+    for (GroundAction& action : task.actions_) action.cost /= unit;
+    task.cost_unit_ = static_cast<double>(unit) / static_cast<double>(kMillion);
+  }
+
+  int64_t ValueOf(const CostTerm& term, const GroundAction& action, Diagnostics& missing) const {
+    const Atom call = Instantiator::Bind(term.function, term.terms, action.arguments);
+    const auto it = values_.find(call);
+    if (it != values_.end()) return it->second;
+    std::string text = "(" + domain_.functions[static_cast<size_t>(term.function)].name;
+    for (int argument : call.arguments) text += " " + problem_->objects[static_cast<size_t>(argument)].name;
+    if (missing.list().size() < 10) {
+      missing.Add(term.where, "the cost of " + action.name + " needs the value of " + text + ")",
+                  "give it in ':init': (= " + text + ") number)");
+    }
+    return 0;
   }
 
   void AddAction(const Draft& draft, Task& task) const {
@@ -320,13 +424,20 @@ class Grounder {
 
   std::shared_ptr<const Problem> problem_;
   const Domain& domain_;
-  std::set<int> changed_;  ///< Predicates that some action changes.
-  std::set<Atom> facts_;
-  std::map<Atom, int> numbers_;
-  std::vector<bool> may_hold_, may_fail_;  ///< By provisional number.
+  std::set<int> changed_;  ///< Predicates that some action changes or a rule derives.
+  AtomTable table_;
+  std::vector<bool> initial_, may_hold_, may_fail_;  ///< By number in table_.
   Instantiator instantiator_;
+  Join join_;
+  std::vector<JoinRule> rules_;  ///< Of the actions, then of the derived predicates.
+  std::map<int, std::vector<std::pair<size_t, int>>> triggers_;  ///< By predicate: rule and pattern.
+  std::map<Atom, int64_t> values_;                               ///< Of functions.
+  std::vector<int> queue_;  ///< Atoms that may hold and change, in the order found.
+  size_t next_ = 0;         ///< The first of them that is not in join_.
+  bool more_may_fail_ = false;
   std::vector<Draft> drafts_;
-  std::vector<int> final_;  ///< Number in the task by provisional number; -1 if the atom can't change.
+  std::vector<size_t> waiting_;  ///< Drafts that may do more once more may hold or fail.
+  std::vector<int> final_;       ///< Number in the task by provisional number; -1 if the atom can't change.
 };
 
 std::shared_ptr<const Task> Task::Ground(std::shared_ptr<const Problem> problem) {

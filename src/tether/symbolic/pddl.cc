@@ -9,6 +9,7 @@
 #include "tether/common/value.h"
 #include "tether/symbolic/expression.h"
 #include "tether/symbolic/formula_parser.h"
+#include "tether/symbolic/pddl_sections.h"
 
 namespace tether::symbolic {
 namespace {
@@ -22,12 +23,12 @@ const std::vector<std::string> kRequirements = {":strips",
                                                 ":universal-preconditions",
                                                 ":quantified-preconditions",
                                                 ":conditional-effects",
-                                                ":adl"};
+                                                ":adl",
+                                                ":action-costs",
+                                                ":derived-predicates"};
 const std::vector<std::string> kUnsupportedRequirements = {":fluents",
                                                            ":numeric-fluents",
                                                            ":object-fluents",
-                                                           ":action-costs",
-                                                           ":derived-predicates",
                                                            ":durative-actions",
                                                            ":duration-inequalities",
                                                            ":continuous-effects",
@@ -94,7 +95,7 @@ std::map<std::string, std::vector<const Expression*>> SortSections(
       diagnostics.Add(section->where, "unknown section " + Quote(section->head()), Suggest(keyword, known));
     } else {
       std::vector<const Expression*>& same = sorted[keyword];
-      if (!same.empty() && keyword != ":action") {
+      if (!same.empty() && keyword != ":action" && keyword != ":derived") {
         diagnostics.Add(section->where, Quote(section->head()) + " is given twice; first at " +
                                             same.front()->where.ToString());
       } else {
@@ -266,6 +267,7 @@ void ParseAction(const Expression& section, Domain& domain, Diagnostics& diagnos
     }
   }
   FormulaParser parser(domain, domain.constants, action.parameters, diagnostics);
+  parser.CollectCost(&action.cost);
   action.precondition.where = action.where;
   if (const auto it = parts.find(":precondition"); it != parts.end()) {
     action.precondition = parser.ParseFormula(*it->second);
@@ -281,13 +283,11 @@ std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::stri
   domain->file = file;
   domain->types.push_back({"object", -1, {}});
   const std::vector<Expression> expressions = ParseExpressions(text, file, diagnostics);
-  auto sections = SortSections(OpenDefinition(expressions, "domain", file, domain->name, diagnostics),
-                               {":requirements", ":types", ":constants", ":predicates", ":action"},
-                               {{":functions", "numeric fluents and action costs are"},
-                                {":derived", "derived predicates are"},
-                                {":durative-action", "durative actions are"},
-                                {":constraints", "trajectory constraints are"}},
-                               diagnostics);
+  auto sections = SortSections(
+      OpenDefinition(expressions, "domain", file, domain->name, diagnostics),
+      {":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"},
+      {{":durative-action", "durative actions are"}, {":constraints", "trajectory constraints are"}},
+      diagnostics);
   for (const Expression* s : sections[":requirements"])
     CheckRequirements(*s, domain->requirements, diagnostics);
   for (const Expression* s : sections[":types"]) ParseTypes(*s, *domain, diagnostics);
@@ -296,6 +296,11 @@ std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::stri
     DropTwins(domain->constants, "constant", diagnostics);
   }
   for (const Expression* s : sections[":predicates"]) ParsePredicates(*s, *domain, diagnostics);
+  for (const Expression* s : sections[":functions"]) ParseFunctions(*s, *domain, diagnostics);
+  DropTwins(domain->functions, "function", diagnostics);
+  domain->strata.assign(domain->predicates.size(), 0);
+  for (const Expression* s : sections[":derived"]) ParseDerived(*s, *domain, diagnostics);
+  Stratify(*domain, diagnostics);
   for (const Expression* s : sections[":action"]) ParseAction(*s, *domain, diagnostics);
   DropTwins(domain->actions, "action", diagnostics);
   return domain;
@@ -307,12 +312,24 @@ void ParseInit(const Expression& section, const Domain& domain, Problem& problem
     const Expression& item = section.items[i];
     const std::string head = LowerCase(item.head());
     if (head == "=") {
-      diagnostics.Add(item.where, "'(= …)' in ':init': numeric fluents and action costs are not supported");
+      ParseValue(item, problem, domain, diagnostics);
+      continue;
+    }
+    if (head == "at" && item.items.size() == 3 && !item.items[1].is_list &&
+        item.items[1].word.find_first_not_of("0123456789.") == std::string::npos) {
+      diagnostics.Add(item.where, "timed initial literals are not supported");
       continue;
     }
     const bool negated = head == "not" && item.items.size() == 2;
     const Formula formula = parser.ParseFormula(negated ? item.items[1] : item);
     if (formula.kind == Formula::Kind::kAtom) {
+      if (domain.IsDerived(formula.predicate)) {
+        diagnostics.Add(item.where,
+                        "':init' can't give " +
+                            Quote(domain.predicates[static_cast<size_t>(formula.predicate)].name) +
+                            ", which is derived");
+        continue;
+      }
       if (negated) continue;  // What is not listed is false.
       Fact fact{formula.predicate, {}, item.where};
       for (const Term& term : formula.terms) fact.arguments.push_back(term.index);
@@ -328,11 +345,9 @@ void ParseProblem(std::string_view text, const std::string& file, const Domain& 
   problem.file = file;
   const std::vector<Expression> expressions = ParseExpressions(text, file, diagnostics);
   const size_t mistakes = diagnostics.list().size();
-  auto sections = SortSections(
-      OpenDefinition(expressions, "problem", file, problem.name, diagnostics),
-      {":domain", ":requirements", ":objects", ":init", ":goal"},
-      {{":metric", "metrics and action costs are"}, {":constraints", "trajectory constraints are"}},
-      diagnostics);
+  auto sections = SortSections(OpenDefinition(expressions, "problem", file, problem.name, diagnostics),
+                               {":domain", ":requirements", ":objects", ":init", ":goal", ":metric"},
+                               {{":constraints", "trajectory constraints are"}}, diagnostics);
   for (const Expression* s : sections[":domain"]) {
     if (s->items.size() != 2 || s->items[1].is_list) {
       diagnostics.Add(s->where, "the name of the domain is missing",
@@ -360,6 +375,7 @@ void ParseProblem(std::string_view text, const std::string& file, const Domain& 
     }
     problem.goal = FormulaParser(domain, problem.objects, {}, diagnostics).ParseFormula(s->items[1]);
   }
+  for (const Expression* s : sections[":metric"]) ParseMetric(*s, problem, domain, diagnostics);
   if (!expressions.empty() && diagnostics.list().size() == mistakes) {
     for (const char* keyword : {":domain", ":goal"}) {
       if (sections[keyword].empty()) {
@@ -373,6 +389,7 @@ void ParseProblem(std::string_view text, const std::string& file, const Domain& 
 
 int Domain::FindType(std::string_view type) const { return FindNamed(types, type); }
 int Domain::FindPredicate(std::string_view predicate) const { return FindNamed(predicates, predicate); }
+int Domain::FindFunction(std::string_view function) const { return FindNamed(functions, function); }
 int Domain::FindAction(std::string_view action) const { return FindNamed(actions, action); }
 int Problem::FindObject(std::string_view object) const { return FindNamed(objects, object); }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -23,11 +24,38 @@ struct Predicate {
   Location where;
 };
 
+/// A function whose values ':init' gives: what costs are made of. `total-cost` has none.
+struct Function {
+  std::string name;
+  std::vector<TypedName> parameters;
+  Location where;
+};
+
+/// Costs are decimal numbers with up to six digits after the point: they are held in millionths.
+constexpr int64_t kMillion = 1'000'000;
+
+/// A summand of an action's cost: a function of its parameters, or a number.
+struct CostTerm {
+  int function = -1;        ///< Index into Domain::functions; -1: a number.
+  std::vector<Term> terms;  ///< Arguments of the function.
+  int64_t millionths = 0;   ///< The number.
+  Location where;
+};
+
 struct Action {
   std::string name;
   std::vector<TypedName> parameters;
   Formula precondition;
   Effect effect;
+  std::vector<CostTerm> cost;  ///< What `(increase (total-cost) …)` adds, in sum.
+  Location where;
+};
+
+/// One way in which a derived predicate holds: whenever `body` does, of the parameters.
+struct DerivedRule {
+  int predicate = -1;
+  std::vector<TypedName> parameters;
+  Formula body;
   Location where;
 };
 
@@ -38,12 +66,19 @@ struct Domain {
   std::vector<Type> types;
   std::vector<TypedName> constants;
   std::vector<Predicate> predicates;
+  std::vector<Function> functions;
   std::vector<Action> actions;
+  std::vector<DerivedRule> derived;
+  /// Per predicate: 0 if actions may change it, else its stratum. A derived predicate's bodies refer to its
+  /// own stratum without negation, and otherwise to lower ones.
+  std::vector<int> strata;
 
   /// Index by name, -1 if there is none.
   int FindType(std::string_view name) const;
   int FindPredicate(std::string_view name) const;
+  int FindFunction(std::string_view name) const;
   int FindAction(std::string_view name) const;
+  bool IsDerived(int predicate) const { return strata[static_cast<size_t>(predicate)] > 0; }
 
   /// Whether `type` is `ancestor` or below it.
   bool IsSubtype(int type, int ancestor) const;
@@ -60,6 +95,14 @@ struct Fact {
   Location where;
 };
 
+/// The value of a function in the initial state; values never change.
+struct FunctionValue {
+  int function = -1;
+  std::vector<int> arguments;  ///< Indices into Problem::objects.
+  int64_t millionths = 0;
+  Location where;
+};
+
 struct Problem {
   std::shared_ptr<const Domain> domain;
   std::string name;
@@ -67,6 +110,8 @@ struct Problem {
   std::vector<TypedName>
       objects;             ///< The domain's constants, then the problem's objects, each in file order.
   std::vector<Fact> init;  ///< In file order; the rest is false.
+  std::vector<FunctionValue> values;  ///< In file order.
+  bool minimize_cost = false;  ///< `(:metric minimize (total-cost))`; without it, every action costs 1.
   Formula goal;
 
   /// Index by name, -1 if there is none.

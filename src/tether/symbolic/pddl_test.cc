@@ -132,7 +132,7 @@ TEST(PddlTest, ReportsEveryMistakeOfADomain) {
                      "  (:types block - thin thing)\n"
                      "  (:constants left Left - thing)\n"
                      "  (:predicates (on ?a - block ?a - thing) (clear ?a))\n"
-                     "  (:functions (total-cost))\n"
+                     "  (:functions (total-cost) - numbr)\n"
                      "  (:acton move)\n"
                      "  (:action move :parameters (?a - blok ?b)\n"
                      "    :precondition (and (onn ?a ?b) (clear ?c) (clear left right) (clear a))\n"
@@ -143,7 +143,8 @@ TEST(PddlTest, ReportsEveryMistakeOfADomain) {
           "d:3:19: unknown type 'thin' (did you mean 'thing'? accepted: object, block or thing)",
           "d:4:20: constant 'Left' is declared twice; first at d:4:15",
           "d:5:31: variable '?a' is declared twice",
-          "d:6:3: ':functions': numeric fluents and action costs are not supported",
+          "d:6:30: a function's values are numbers, not 'numbr' (accepted: - number; functions with objects as "
+          "values are not supported)",
           HasSubstr("d:7:3: unknown section ':acton' (did you mean ':action'?"),
           "d:8:35: unknown type 'blok' (did you mean 'block'? accepted: object, block or thing)",
           HasSubstr("d:9:25: unknown predicate 'onn' (did you mean 'on'? accepted: on, clear, and, or, not"),
@@ -171,9 +172,10 @@ TEST(PddlTest, ReportsEveryMistakeOfAProblem) {
           "block ?b - thing))",
           "p:4:35: 'on' has 1 argument, not 2 (accepted: (on ?a - block ?b - thing))",
           "p:4:42: ':init' holds facts, not formulas (accepted: (predicate object …))",
-          "p:4:58: '(= …)' in ':init': numeric fluents and action costs are not supported",
+          "p:4:61: unknown function 'total-cost' (none is declared)",
           "p:5:3: ':goal' holds 2 formulas, not 1 (accepted: (:goal formula))",
-          "p:6:3: ':metric': metrics and action costs are not supported"));
+          "p:6:21: the domain's ':functions' does not declare 'total-cost' (accepted: (:functions (total-cost) "
+          "- number))"));
   EXPECT_THAT(
       ProblemMistakes("(define (problem x) (:objects a - block))"),
       ElementsAre("p:1:1: the problem has no '(:domain …)'", "p:1:1: the problem has no '(:goal …)'"));
@@ -185,14 +187,17 @@ TEST(PddlTest, NamesWhatIsNotSupported) {
           "(define (domain d) (:predicates (p))\n (:action a :effect (and (p) (increase (total-cost) 1)))\n"
           " (:action b :precondition (> (fuel) 1) :effect (not (and (p))))\n"
           " (:action c :precondition (when (p) (p)) :effect (or (p)))\n"
-          " (:derived (q) (p)) (:durative-action x))"),
-      ElementsAre("d:2:30: '(increase …)': action costs and numeric fluents are not supported",
+          " (:durative-action x) (:action e :effect (decrease (fuel) 2)) (:action f :precondition (= (fuel) 2)))"),
+      ElementsAre("d:2:40: ':functions' does not declare 'total-cost' (accepted: (:functions (total-cost) - "
+                  "number))",
                   "d:3:27: '(> …)': numeric fluents are not supported",
                   HasSubstr("d:3:53: an effect can negate only a predicate, not '(and …)'"),
                   HasSubstr("d:4:27: '(when …)' is an effect, not a formula"),
                   HasSubstr("d:4:50: '(or …)' is not an effect"),
-                  "d:5:2: ':derived': derived predicates are not supported",
-                  "d:5:21: ':durative-action': durative actions are not supported"));
+                  "d:5:2: ':durative-action': durative actions are not supported",
+                  "d:5:42: '(decrease …)': numeric fluents are not supported, except costs (accepted: "
+                  "(increase (total-cost) …))",
+                  "d:5:91: '(fuel)' is not a variable or object (functions are not supported)"));
 }
 
 TEST(PddlTest, TypesMustNotFormACycle) {

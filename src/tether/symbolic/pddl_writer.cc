@@ -32,6 +32,20 @@ class Writer {
     return "";
   }
 
+  std::string Write(const CostTerm& term) const {
+    if (term.function < 0) return Number(term.millionths);
+    std::string text = "(" + domain_.functions[static_cast<size_t>(term.function)].name;
+    for (const Term& argument : term.terms) text += " " + Name(argument);
+    return text + ")";
+  }
+
+  static std::string Number(int64_t millionths) {
+    std::string text = std::to_string(millionths / kMillion);
+    std::string fraction = std::to_string(kMillion + millionths % kMillion).substr(1);
+    while (!fraction.empty() && fraction.back() == '0') fraction.pop_back();
+    return fraction.empty() ? text : text + "." + fraction;
+  }
+
   std::string Write(const Effect& effect) {
     using Kind = Effect::Kind;
     switch (effect.kind) {
@@ -122,12 +136,36 @@ std::string WriteDomain(const Domain& domain) {
     text += "\n    (" + predicate.name + TypedList(predicate.parameters, 0, "?", domain) + ")";
   }
   text += ")";
+  if (!domain.functions.empty()) {
+    text += "\n  (:functions";
+    for (const Function& function : domain.functions) {
+      text += "\n    (" + function.name + TypedList(function.parameters, 0, "?", domain) + ") - number";
+    }
+    text += ")";
+  }
+  for (const DerivedRule& rule : domain.derived) {
+    text += "\n  (:derived (" + domain.predicates[static_cast<size_t>(rule.predicate)].name +
+            TypedList(rule.parameters, 0, "?", domain) + ")\n    " +
+            Writer(domain, domain.constants, rule.parameters).Write(rule.body) + ")";
+  }
   for (const Action& action : domain.actions) {
     Writer writer(domain, domain.constants, action.parameters);
     text += "\n  (:action " + action.name + "\n    :parameters (" +
             TypedList(action.parameters, 0, "?", domain) + ")";
     text += "\n    :precondition " + writer.Write(action.precondition);
-    text += "\n    :effect " + writer.Write(action.effect) + ")";
+    std::string effect = writer.Write(action.effect);
+    if (!action.cost.empty()) {
+      if (action.effect.kind == Effect::Kind::kAnd) {
+        effect.pop_back();
+      } else {
+        effect = "(and " + effect;
+      }
+      for (const CostTerm& term : action.cost) {
+        effect += " (increase (total-cost) " + writer.Write(term) + ")";
+      }
+      effect += ")";
+    }
+    text += "\n    :effect " + effect + ")";
   }
   return text + ")\n";
 }
@@ -141,7 +179,14 @@ std::string WriteProblem(const Problem& problem) {
     for (int argument : fact.arguments) text += " " + problem.objects[static_cast<size_t>(argument)].name;
     text += ")";
   }
-  return text + ")\n  (:goal " + Writer(domain, problem.objects, {}).Write(problem.goal) + "))\n";
+  for (const FunctionValue& value : problem.values) {
+    text += "\n    (= (" + domain.functions[static_cast<size_t>(value.function)].name;
+    for (int argument : value.arguments) text += " " + problem.objects[static_cast<size_t>(argument)].name;
+    text += ") " + Writer::Number(value.millionths) + ")";
+  }
+  text += ")\n  (:goal " + Writer(domain, problem.objects, {}).Write(problem.goal) + ")";
+  if (problem.minimize_cost) text += "\n  (:metric minimize (total-cost))";
+  return text + ")\n";
 }
 
 }  // namespace tether::symbolic

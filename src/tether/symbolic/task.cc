@@ -1,6 +1,7 @@
 #include "tether/symbolic/task.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "tether/symbolic/instantiate.h"
@@ -22,6 +23,69 @@ void Task::Apply(int action, StateView state, std::span<uint64_t> next) const {
     if (!fires(i)) continue;
     for (const WordChange& change : changes[i].words) next[change.word] |= change.adds;
   }
+  if (!derived_.empty()) Derive(next);
+}
+
+void Task::Derive(std::span<uint64_t> state) const {
+  for (size_t word = 0; word < state.size(); ++word) state[word] &= ~derived_[word];
+  for (const std::vector<GroundAxiom>& stratum : axioms_) {
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (const GroundAxiom& axiom : stratum) {
+        uint64_t& word = state[static_cast<size_t>(axiom.atom) / 64];
+        const uint64_t bit = uint64_t{1} << (axiom.atom % 64);
+        if ((word & bit) != 0 || !axiom.body.Holds(state)) continue;
+        word |= bit;
+        changed = true;
+      }
+    }
+  }
+}
+
+void Task::FindApplicable(StateView state, std::vector<int>& actions) const {
+  actions.clear();
+  auto collect = [&](size_t list) {
+    for (size_t i = first_watcher_[list]; i < first_watcher_[list + 1]; ++i) {
+      if (IsApplicable(watchers_[i], state)) actions.push_back(watchers_[i]);
+    }
+  };
+  for (size_t word = 0; word < words(); ++word) {
+    for (uint64_t bits = state[word]; bits != 0; bits &= bits - 1) {
+      collect(word * 64 + static_cast<size_t>(std::countr_zero(bits)));
+    }
+  }
+  collect(atoms_.size());
+  std::sort(actions.begin(), actions.end());
+}
+
+void Task::IndexActions() {
+  auto for_each_needed = [](const Condition& condition, const auto& visit) {
+    const GroundFormula& formula = condition.formula();
+    auto visit_literal = [&](const GroundFormula& f) {
+      if (f.kind == GroundFormula::Kind::kLiteral && f.positive) visit(f.atom);
+    };
+    visit_literal(formula);
+    if (formula.kind != GroundFormula::Kind::kAnd) return;
+    for (const GroundFormula& child : formula.children) visit_literal(child);
+  };
+  // The rarest of the atoms that an action needs is the most telling.
+  std::vector<int> users(atoms_.size(), 0);
+  for (const GroundAction& action : actions_) {
+    for_each_needed(action.precondition, [&](int atom) { ++users[static_cast<size_t>(atom)]; });
+  }
+  std::vector<size_t> list(actions_.size(), atoms_.size());
+  first_watcher_.assign(atoms_.size() + 2, 0);
+  for (size_t i = 0; i < actions_.size(); ++i) {
+    for_each_needed(actions_[i].precondition, [&](int needed) {
+      const auto atom = static_cast<size_t>(needed);
+      if (list[i] == atoms_.size() || users[atom] < users[list[i]]) list[i] = atom;
+    });
+    ++first_watcher_[list[i] + 1];
+  }
+  for (size_t i = 1; i < first_watcher_.size(); ++i) first_watcher_[i] += first_watcher_[i - 1];
+  std::vector<size_t> fill = first_watcher_;
+  watchers_.resize(actions_.size());
+  for (size_t i = 0; i < actions_.size(); ++i) watchers_[fill[list[i]]++] = static_cast<int>(i);
 }
 
 State Task::Apply(int action, const State& state) const {
@@ -36,8 +100,8 @@ int Task::FindAction(std::string_view name) const {
 }
 
 int Task::FindAtom(const Atom& atom) const {
-  const auto it = atom_index_.find(atom);
-  return it == atom_index_.end() ? -1 : it->second;
+  const auto it = std::lower_bound(atoms_.begin(), atoms_.end(), atom);
+  return it != atoms_.end() && *it == atom ? static_cast<int>(it - atoms_.begin()) : -1;
 }
 
 bool Task::HoldsAlways(const Atom& atom) const {

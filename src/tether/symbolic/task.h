@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <span>
@@ -34,13 +35,21 @@ struct GroundAction {
   std::string name;            ///< "push(hook,box,table)", in the spelling of the files.
   Condition precondition;
   std::vector<GroundEffect> effects;
+  int64_t cost = 1;  ///< In Task::cost_unit().
+};
+
+/// A derived atom holds where the body of one of its axioms does.
+struct GroundAxiom {
+  int atom = -1;
+  Condition body;
 };
 
 /// A grounded problem. Atoms that can't change are evaluated away, and actions that can't be reached even
-/// when nothing is ever deleted are left out. Immutable: safe to share between threads.
+/// when nothing is ever deleted are left out. States hold the derived atoms too. Immutable: safe to share
+/// between threads.
 class Task {
  public:
-  /// Throws InputError when grounding would exceed the limits on its size.
+  /// Throws InputError when grounding would exceed the limits on its size, or a cost is not given.
   static std::shared_ptr<const Task> Ground(std::shared_ptr<const Problem> problem);
 
   const Problem& problem() const { return *problem_; }
@@ -56,6 +65,14 @@ class Task {
   /// 64-bit words of a state; at least 1.
   size_t words() const { return initial_state_.size(); }
 
+  /// The cost of an action is so many times this: exact sums of whole numbers.
+  double cost_unit() const { return cost_unit_; }
+  /// By stratum: those of a lower one are settled before those of a higher one.
+  const std::vector<std::vector<GroundAxiom>>& axioms() const { return axioms_; }
+  bool IsDerived(int atom) const { return domain().IsDerived(atoms_[static_cast<size_t>(atom)].predicate); }
+
+  /// The actions whose precondition holds, in their order. `actions` is overwritten.
+  void FindApplicable(StateView state, std::vector<int>& actions) const;
   bool IsApplicable(int action, StateView state) const {
     return actions_[static_cast<size_t>(action)].precondition.Holds(state);
   }
@@ -86,6 +103,10 @@ class Task {
   friend class Grounder;
   Task() = default;
 
+  /// Sets the derived atoms to what follows from the others.
+  void Derive(std::span<uint64_t> state) const;
+  void IndexActions();
+
   /// An effect as masks on one word.
   struct WordChange {
     size_t word = 0;
@@ -99,11 +120,17 @@ class Task {
 
   std::shared_ptr<const Problem> problem_;
   std::vector<Atom> atoms_;
-  std::map<Atom, int> atom_index_;
   std::vector<Atom> constant_atoms_;  ///< True in every reachable state; sorted.
   std::vector<GroundAction> actions_;
   std::map<std::string, int, std::less<>> action_index_;
   std::vector<std::vector<Change>> changes_;  ///< Per action, one per effect.
+  std::vector<std::vector<GroundAxiom>> axioms_;
+  State derived_;  ///< Which atoms are derived; empty if none is.
+  /// Actions by an atom that must be true: those of atom i from first_watcher_[i] on. The last list has the
+  /// actions that need none.
+  std::vector<size_t> first_watcher_;
+  std::vector<int> watchers_;
+  double cost_unit_ = 1;
   State initial_state_;
   Condition goal_;
 };

@@ -124,7 +124,7 @@ TEST(TaskTest, SaysWhenGroundingIsTooLarge) {
       " :precondition (p ?e ?f) :effect (p ?a ?b)))",
       "d.pddl");
   const auto problem = ParseProblem(
-      "(define (problem x) (:domain d) (:objects" + objects + ") (:goal (p o1 o2)))", "p", domain);
+      "(define (problem x) (:domain d) (:objects" + objects + ") (:init (p o1 o2)) (:goal (p o1 o3)))", "p", domain);
   try {
     Task::Ground(problem);
     FAIL();

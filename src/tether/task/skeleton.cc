@@ -1,7 +1,8 @@
 #include "tether/task/skeleton.h"
 
 #include <algorithm>
-#include <cassert>
+#include <limits>
+#include <utility>
 
 namespace tether::task {
 
@@ -34,58 +35,89 @@ std::string_view Describe(SearchStatus status) {
 }
 
 SkeletonSearch::SkeletonSearch(std::shared_ptr<const symbolic::Task> task, SkeletonOptions options)
-    : task_(std::move(task)), options_(options), graph_(task_) {
+    : SkeletonSearch(std::make_unique<Product>(std::move(task)), options) {}
+
+SkeletonSearch::SkeletonSearch(std::unique_ptr<Product> product, SkeletonOptions options)
+    : product_(std::move(product)),
+      options_(options),
+      graph_(*product_, {.blind = options.blind, .unit_costs = options.unit_costs}),
+      may_come_at_once_(options.first_at_once) {
   options_.Validate();
+  if (!options_.unit_costs) unit_ = task().cost_unit();
+  bool some_are_free = false;
+  for (size_t i = 0; i < task().actions().size(); ++i) {
+    const int64_t cost = graph_.action_cost(static_cast<int>(i));
+    every_action_costs_1_ = every_action_costs_1_ && cost == 1;
+    some_are_free = some_are_free || cost == 0;
+  }
+  if (some_are_free && !options_.skip_revisits && options_.max_actions == 0) {
+    throw InputError("some actions cost nothing, so there is no end of skeletons of the same cost",
+                     "skip_revisits, or a limit max_actions");
+  }
+}
+
+SearchStatus SkeletonSearch::NothingLeft() const {
+  if (too_long_) return SearchStatus::kDepthLimit;
+  return pruned_unproved_ ? SearchStatus::kPruned : SearchStatus::kExhausted;
 }
 
 std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limits, bool now) {
-  if (!now && ++ticks_ % 256 != 0) return std::nullopt;
+  if (!now && ++ticks_ % 16 != 0) return std::nullopt;
   if (limits.stop.stop_requested()) return SearchStatus::kInterrupted;
   if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline)
     return SearchStatus::kTimeLimit;
   return std::nullopt;
 }
 
-/// Explores far enough for skeletons of the next length, or says why that can't be.
+/// Explores far enough for skeletons of the next cost that may have some, or says why that can't be. kFound:
+/// the first one is there already.
 std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) {
-  int most = StateGraph::kFar;
-  for (const int limit : {options_.max_actions, limits.max_actions}) {
-    if (limit > 0) most = std::min(most, limit);
-  }
+  const double most = limits.max_cost ? *limits.max_cost : std::numeric_limits<double>::infinity();
   while (true) {
-    if (graph_.frontier() == 0 && !graph_.has_goal()) return NothingLeft();
-    if (next_length_ == StateGraph::kFar) return NothingLeft();
-    if (next_length_ > most) return SearchStatus::kDepthLimit;
-    while (graph_.frontier() > 0 && graph_.frontier_depth() < next_length_) {
+    if (graph_.goal_cost() > next_level_)
+      next_level_ = std::max(next_level_, std::min(graph_.bound(), graph_.goal_cost()));
+    if (next_level_ == StateGraph::kFar) return NothingLeft();
+    if (static_cast<double>(next_level_) * unit_ > most) return SearchStatus::kDepthLimit;
+    if (every_action_costs_1_ && options_.max_actions > 0 && next_level_ > options_.max_actions)
+      return SearchStatus::kDepthLimit;
+    while (graph_.bound() <= next_level_ && graph_.bound() != StateGraph::kFar) {
       if (const auto stop = CheckLimits(limits, false)) return stop;
       if (graph_.states() > options_.max_states) return SearchStatus::kStateLimit;
-      graph_.ExpandNext();
+      const int state = graph_.ExpandNext();
+      if (!may_come_at_once_ || !graph_.is_goal(state)) continue;
+      may_come_at_once_ = false;
+      std::vector<int> actions = graph_.PathTo(state);
+      const bool too_long =
+          options_.max_actions > 0 && actions.size() > static_cast<size_t>(options_.max_actions);
+      if (too_long || IsForbidden(actions)) continue;
+      first_ = std::move(actions);
+      return SearchStatus::kFound;
     }
-    if (graph_.has_goal()) return std::nullopt;
-    if (graph_.frontier() > 0) ++next_length_;
+    if (graph_.goal_cost() <= next_level_) return std::nullopt;
   }
 }
 
-void SkeletonSearch::StartLength(int length) {
-  if (distances_of_ != graph_.expanded() || distance_.empty()) {
+void SkeletonSearch::StartLevel(int64_t cost) {
+  if (distances_of_ != graph_.expanded() || distance_.size() != graph_.states()) {
     distance_ = graph_.GoalDistances();
     distances_of_ = graph_.expanded();
   }
-  length_ = length;
+  may_come_at_once_ = false;
+  level_ = cost;
   // Beyond the explored part anything may lie.
-  next_length_ = graph_.frontier() > 0 ? length + 1 : StateGraph::kFar;
+  next_level_ = graph_.bound();
   on_path_.assign(graph_.states(), false);
   enumerating_ = true;
-  const int shortest = distance_[0];
-  if (shortest <= length) {
-    Push(0, 0);
+  const int64_t cheapest = distance_.empty() ? StateGraph::kFar : distance_[0];
+  if (cheapest <= cost) {
+    Push(0, 0, 0);
   } else {
-    next_length_ = std::min(next_length_, shortest);
+    next_level_ = std::min(next_level_, cheapest);
   }
 }
 
-void SkeletonSearch::Push(int state, int rule) {
-  path_.push_back({state, graph_.begin_edges(state), rule});
+void SkeletonSearch::Push(int state, int rule, int64_t cost) {
+  path_.push_back({state, graph_.begin_edges(state), rule, cost});
   on_path_[static_cast<size_t>(state)] = true;
   ++walked_;
 }
@@ -103,21 +135,38 @@ int SkeletonSearch::Follow(int rule, int action) const {
   return it == rules_.end() ? -1 : it->second;
 }
 
+bool SkeletonSearch::IsForbidden(const std::vector<int>& actions) const {
+  int rule = 0;
+  for (int action : actions) {
+    rule = Follow(rule, action);
+    if (rule < 0) return false;
+    if (forbidden_[static_cast<size_t>(rule)]) return true;
+  }
+  return false;
+}
+
+Skeleton SkeletonSearch::MakeSkeleton(std::vector<int> actions, int64_t cost) const {
+  return {std::move(actions), static_cast<double>(cost) * unit_};
+}
+
 SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
   if (const auto stop = CheckLimits(limits, true)) return {*stop, {}};
   if (forbidden_[0]) return {NothingLeft(), {}};
   while (true) {
     if (!enumerating_) {
-      if (const auto stop = Explore(limits)) return {*stop, {}};
-      StartLength(next_length_);
+      const auto stop = Explore(limits);
+      if (stop == SearchStatus::kFound) return {*stop, MakeSkeleton(*first_, graph_.goal_cost())};
+      if (stop) return {*stop, {}};
+      StartLevel(next_level_);
     }
     while (!path_.empty()) {
       if (const auto stop = CheckLimits(limits, false)) return {*stop, {}};
       Frame& top = path_.back();
-      const int depth = static_cast<int>(path_actions_.size());
       if (graph_.is_goal(top.state)) {
-        Skeleton skeleton{path_actions_, static_cast<double>(depth)};
-        const bool is_new = depth == length_;  // Shorter ones came with their own length.
+        const int64_t cost = top.cost;
+        const bool is_new =
+            cost == level_ && path_actions_ != first_;  // Cheaper ones came with their own level.
+        Skeleton skeleton = MakeSkeleton(path_actions_, cost);
         Pop();
         if (is_new) return {SearchStatus::kFound, std::move(skeleton)};
         continue;
@@ -128,20 +177,34 @@ SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
       }
       const StateGraph::Edge edge = *top.next++;
       ++tried_;
-      const int distance = distance_[static_cast<size_t>(edge.target)];
+      const int64_t distance = distance_[static_cast<size_t>(edge.target)];
       if (distance == StateGraph::kFar) continue;
       if (options_.skip_revisits && on_path_[static_cast<size_t>(edge.target)]) continue;
       const int rule = Follow(top.rule, edge.action);
       if (rule >= 0 && forbidden_[static_cast<size_t>(rule)]) continue;
-      if (depth + 1 + distance > length_) {
-        next_length_ = std::min(next_length_, depth + 1 + distance);
+      const int64_t cost = top.cost + graph_.action_cost(edge.action);
+      if (cost + distance > level_) {
+        next_level_ = std::min(next_level_, cost + distance);
+        continue;
+      }
+      if (!every_action_costs_1_ && options_.max_actions > 0 &&
+          path_actions_.size() >= static_cast<size_t>(options_.max_actions)) {
+        too_long_ = true;
         continue;
       }
       path_actions_.push_back(edge.action);
-      Push(edge.target, rule);
+      Push(edge.target, rule, cost);
     }
     enumerating_ = false;
   }
+}
+
+std::optional<SearchStatus> SkeletonSearch::ExploreAll(const SearchLimits& limits) {
+  while (graph_.ExpandBeyondGoals()) {
+    if (const auto stop = CheckLimits(limits, false)) return stop;
+    if (graph_.states() > options_.max_states) return SearchStatus::kStateLimit;
+  }
+  return std::nullopt;
 }
 
 void SkeletonSearch::AddConflict(const Conflict& conflict) {

@@ -13,6 +13,7 @@
 
 #include "tether/symbolic/task.h"
 #include "tether/task/conflict.h"
+#include "tether/task/product.h"
 #include "tether/task/state_graph.h"
 
 namespace tether::task {
@@ -20,13 +21,18 @@ namespace tether::task {
 /// A candidate plan without geometry: ground actions, one after another.
 struct Skeleton {
   std::vector<int> actions;  ///< Indices into Task::actions().
-  double cost = 0;           ///< The number of actions.
+  double cost = 0;           ///< Of the actions, in sum.
 };
 
 struct SkeletonOptions {
   int max_actions = 0;             ///< Longest skeleton; 0: no limit.
   bool skip_revisits = true;       ///< Skip sequences that come back to a symbolic state.
   size_t max_states = 20'000'000;  ///< Symbolic states held in memory, at most.
+  bool blind = false;              ///< Dijkstra's algorithm instead of A* with landmark cuts.
+  bool unit_costs = false;         ///< Each action costs 1, whatever the problem says.
+  /// Yield a cheapest skeleton as soon as it is known to be one, before others of the same cost are looked
+  /// for.
+  bool first_at_once = false;
 
   /// Throws InputError naming the field that makes no sense.
   void Validate() const;
@@ -36,7 +42,7 @@ struct SkeletonOptions {
 struct SearchLimits {
   std::stop_token stop;
   std::optional<std::chrono::steady_clock::time_point> deadline;
-  int max_actions = 0;  ///< Nothing longer for now, in addition to SkeletonOptions::max_actions; 0: no limit.
+  std::optional<double> max_cost = std::nullopt;  ///< Nothing dearer for now.
 };
 
 enum class SearchStatus {
@@ -44,7 +50,7 @@ enum class SearchStatus {
   kExhausted,  ///< Proved: there is no other skeleton (of those that don't come back to a state, if these are
                ///< skipped).
   kPruned,     ///< None is left, but conflicts that were not proved ruled some out.
-  kDepthLimit,   ///< None is left up to `max_actions`; there may be longer ones.
+  kDepthLimit,   ///< None is left within `max_actions` and `max_cost`; there may be others.
   kStateLimit,   ///< `max_states` was reached.
   kTimeLimit,    ///< The deadline passed.
   kInterrupted,  ///< A stop was requested.
@@ -64,14 +70,16 @@ struct SearchOutcome {
 /// goal at its last action and not before (paper A, section III), and, unless asked otherwise, never comes
 /// back to a state.
 ///
-/// Order: by number of actions, then by the first action in which two differ, in the task's order. None comes
-/// twice, and none within `max_actions` is left out. To this end the state graph is explored breadth first
-/// only as far as the skeletons are long, each state once; distances to the goal within that part are exact
-/// for skeletons of that length, so the enumeration by increasing length turns into blind alleys only where a
-/// sequence would have to come back to one of its states.
+/// Order: by cost, then by the first action in which two differ, in the task's order (but see
+/// SkeletonOptions::first_at_once). None comes twice, and none within the limits is left out. To this end the
+/// state graph is explored by A* only as far as skeletons of the next cost may lead, each state once;
+/// distances to the goal within that part are exact for these skeletons, so the enumeration by increasing
+/// cost turns into blind alleys only where a sequence would have to come back to one of its states.
 class SkeletonSearch {
  public:
   explicit SkeletonSearch(std::shared_ptr<const symbolic::Task> task, SkeletonOptions options = {});
+  /// For a product, whose goal may be temporal. It must not be stepped by others meanwhile.
+  explicit SkeletonSearch(std::unique_ptr<Product> product, SkeletonOptions options = {});
 
   /// The next skeleton, or why there is none.
   SearchOutcome Next(const SearchLimits& limits = {});
@@ -79,7 +87,13 @@ class SkeletonSearch {
   /// From now on, yields nothing that begins with the conflict's prefix.
   void AddConflict(const Conflict& conflict);
 
-  const symbolic::Task& task() const { return *task_; }
+  /// Explores what is left of the product, beyond goals too; null when all of it is known. No Next() after
+  /// this.
+  std::optional<SearchStatus> ExploreAll(const SearchLimits& limits = {});
+
+  const symbolic::Task& task() const { return product_->task(); }
+  const Product& product() const { return *product_; }
+  const StateGraph& graph() const { return graph_; }
   /// States expanded, and steps tried from them, so far: in the state graph and in the enumeration.
   uint64_t expanded() const { return graph_.expanded() + walked_; }
   uint64_t generated() const { return graph_.generated() + tried_; }
@@ -89,29 +103,35 @@ class SkeletonSearch {
     int state = -1;
     const StateGraph::Edge* next = nullptr;  ///< The edge to try next.
     int rule = -1;                           ///< Node of the tree of forbidden prefixes, -1 when off it.
+    int64_t cost = 0;                        ///< So far.
   };
 
   std::optional<SearchStatus> Explore(const SearchLimits& limits);
   std::optional<SearchStatus> CheckLimits(const SearchLimits& limits, bool now);
-  SearchStatus NothingLeft() const {
-    return pruned_unproved_ ? SearchStatus::kPruned : SearchStatus::kExhausted;
-  }
-  void StartLength(int length);
-  void Push(int state, int rule);
+  SearchStatus NothingLeft() const;
+  bool IsForbidden(const std::vector<int>& actions) const;
+  void StartLevel(int64_t cost);
+  void Push(int state, int rule, int64_t cost);
   void Pop();
   int Follow(int rule, int action) const;
+  Skeleton MakeSkeleton(std::vector<int> actions, int64_t cost) const;
 
-  std::shared_ptr<const symbolic::Task> task_;
+  std::unique_ptr<Product> product_;
   SkeletonOptions options_;
   StateGraph graph_;
-  std::vector<int> distance_;  ///< To the goal, per state.
-  size_t distances_of_ = 0;    ///< Expanded states when the distances were computed.
-  int length_ = -1;            ///< Of the skeletons that are being enumerated.
-  int next_length_ = 0;        ///< Shortest length beyond `length_` that may have skeletons; kFar if none.
+  double unit_ = 1;  ///< Of costs.
+  bool every_action_costs_1_ = true;
+  std::vector<int64_t> distance_;  ///< To the goal, per state.
+  uint64_t distances_of_ = 0;      ///< Expansions when the distances were computed.
+  int64_t level_ = -1;             ///< Cost of the skeletons that are being enumerated.
+  int64_t next_level_ = 0;         ///< Least cost beyond `level_` that may have skeletons; kFar if none.
   bool enumerating_ = false;
   std::vector<Frame> path_;
   std::vector<int> path_actions_;
-  std::vector<bool> on_path_;  ///< Per state.
+  std::vector<bool> on_path_;              ///< Per state.
+  std::optional<std::vector<int>> first_;  ///< The one that came at once.
+  bool may_come_at_once_ = false;
+  bool too_long_ = false;  ///< `max_actions` cut a sequence off.
 
   std::map<std::pair<int, int>, int>
       rules_;  ///< (node, action) → node of the tree of forbidden prefixes; 0 is the root.

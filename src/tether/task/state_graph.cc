@@ -2,96 +2,165 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <utility>
 
 namespace tether::task {
-namespace {
 
-uint64_t Hash(symbolic::StateView state) {
-  uint64_t hash = 0x9E3779B97F4A7C15u;
-  for (uint64_t word : state) {
-    hash ^= word;
-    hash *= 0xBF58476D1CE4E5B9u;
-    hash ^= hash >> 29;
-    hash *= 0x94D049BB133111EBu;
-    hash ^= hash >> 32;
+bool StateGraph::Worse::operator()(const Entry& a, const Entry& b) const {
+  if (a.bound != b.bound) return a.bound > b.bound;
+  if (a.estimate != b.estimate) return a.estimate > b.estimate;
+  return a.number > b.number;
+}
+
+StateGraph::StateGraph(Product& product, const Options& options)
+    : product_(product),
+      options_(options),
+      estimate_(product, options.blind, options.unit_costs),
+      table_(product.words()),
+      scratch_(product.words()) {
+  for (const symbolic::GroundAction& action : product.task().actions()) {
+    costs_.push_back(options.unit_costs ? 1 : action.cost);
   }
-  return hash;
+  if (const auto start = product.Start()) Reach(*start, 0, -1, -1);
 }
 
-}  // namespace
-
-StateGraph::StateGraph(std::shared_ptr<const symbolic::Task> task)
-    : task_(std::move(task)), width_(task_->words()), slots_(64, -1), scratch_(width_) {
-  Insert(task_->initial_state(), 0);
-}
-
-int StateGraph::Insert(symbolic::StateView state, int depth) {
-  const size_t mask = slots_.size() - 1;
-  size_t slot = Hash(state) & mask;
-  for (; slots_[slot] >= 0; slot = (slot + 1) & mask) {
-    const symbolic::StateView known = this->state(slots_[slot]);
-    if (std::equal(known.begin(), known.end(), state.begin())) return slots_[slot];
+void StateGraph::Reach(symbolic::StateView state, int64_t cost, int parent, int action) {
+  bool is_new = false;
+  const int index = table_.Insert(state, is_new);
+  if (is_new) {
+    Node& fresh = nodes_.emplace_back();
+    fresh.is_goal = product_.IsGoal(state);
+    fresh.estimate = fresh.is_goal ? 0 : estimate_.Evaluate(state);
   }
-  const int index = static_cast<int>(depth_.size());
-  slots_[slot] = index;
-  words_.insert(words_.end(), state.begin(), state.end());
-  depth_.push_back(depth);
-  goal_.push_back(task_->IsGoal(state));
-  has_goal_ = has_goal_ || goal_.back();
-  if (depth_.size() * 2 > slots_.size()) Grow();
-  return index;
+  Node& node = nodes_[static_cast<size_t>(index)];
+  if (cost >= node.cost) return;
+  node.cost = cost;
+  node.parent = parent;
+  node.action = action;
+  node.is_closed = false;
+  if (node.estimate == Estimate::kDeadEnd) return;
+  // Among equals the latest: it goes on where the search just was. A blind search has no such hope.
+  const uint64_t number = options_.blind ? pushed_ : ~pushed_;
+  ++pushed_;
+  open_.push_back({cost + node.estimate, node.estimate, number, index, cost});
+  std::push_heap(open_.begin(), open_.end(), Worse());
 }
 
-void StateGraph::Grow() {
-  slots_.assign(slots_.size() * 2, -1);
-  const size_t mask = slots_.size() - 1;
-  for (size_t i = 0; i < depth_.size(); ++i) {
-    size_t slot = Hash(state(static_cast<int>(i))) & mask;
-    while (slots_[slot] >= 0) slot = (slot + 1) & mask;
-    slots_[slot] = static_cast<int>(i);
+int64_t StateGraph::bound() {
+  while (!open_.empty()) {
+    const Entry& top = open_.front();
+    const Node& node = nodes_[static_cast<size_t>(top.state)];
+    if (!node.is_closed && node.cost == top.cost) return top.bound;
+    std::pop_heap(open_.begin(), open_.end(), Worse());
+    open_.pop_back();
+  }
+  return kFar;
+}
+
+int StateGraph::ExpandNext() {
+  [[maybe_unused]] const int64_t least = bound();
+  assert(least != kFar);
+  const int state = open_.front().state;
+  std::pop_heap(open_.begin(), open_.end(), Worse());
+  open_.pop_back();
+  Node& node = nodes_[static_cast<size_t>(state)];
+  node.is_closed = true;
+  if (node.is_goal) {
+    goal_cost_ = std::min(goal_cost_, node.cost);
+    goals_.push_back(state);
+  } else {
+    Expand(state);
+  }
+  return state;
+}
+
+void StateGraph::Expand(int state) {
+  ++expanded_;
+  const int64_t cost = nodes_[static_cast<size_t>(state)].cost;
+  const symbolic::StateView view = table_[state];
+  source_.assign(view.begin(), view.end());
+  product_.FindApplicable(source_, applicable_);
+  for (int action : applicable_) {
+    ++generated_;
+    if (product_.Apply(action, source_, scratch_)) Reach(scratch_, cost + action_cost(action), state, action);
   }
 }
 
-void StateGraph::ExpandNext() {
-  assert(frontier() > 0);
-  const int source = static_cast<int>(expanded_++);
-  first_edge_.push_back(edges_.size());
-  if (is_goal(source)) return;
-  for (size_t i = 0; i < task_->actions().size(); ++i) {
-    const int action = static_cast<int>(i);
-    if (!task_->IsApplicable(action, state(source))) continue;
-    task_->Apply(action, state(source), scratch_);
-    edges_.push_back({action, Insert(scratch_, depth(source) + 1)});
+bool StateGraph::ExpandBeyondGoals() {
+  if (bound() != kFar) {
+    ExpandNext();
+  } else if (!goals_.empty()) {
+    const int goal = goals_.back();
+    goals_.pop_back();
+    Expand(goal);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+std::vector<int> StateGraph::PathTo(int state) const {
+  std::vector<int> actions;
+  for (int at = state; nodes_[static_cast<size_t>(at)].parent >= 0;
+       at = nodes_[static_cast<size_t>(at)].parent) {
+    actions.push_back(nodes_[static_cast<size_t>(at)].action);
+  }
+  std::reverse(actions.begin(), actions.end());
+  return actions;
+}
+
+void StateGraph::FindEdges() {
+  first_edge_.resize(states(), 0);
+  end_edge_.resize(states(), 0);
+  for (size_t s = 0; s < states(); ++s) {
+    Node& node = nodes_[s];
+    if (!node.is_closed || node.is_goal || node.has_edges) continue;
+    node.has_edges = true;
+    first_edge_[s] = edges_.size();
+    const symbolic::StateView source = table_[static_cast<int>(s)];
+    product_.FindApplicable(source, applicable_);
+    for (int action : applicable_) {
+      if (!product_.Apply(action, source, scratch_)) continue;
+      edges_.push_back({action, table_.Find(scratch_)});
+    }
+    end_edge_[s] = edges_.size();
   }
 }
 
-std::vector<int> StateGraph::GoalDistances() const {
+std::vector<int64_t> StateGraph::GoalDistances() {
+  FindEdges();
   std::vector<size_t> first(states() + 1, 0);
   for (const Edge& edge : edges_) ++first[static_cast<size_t>(edge.target) + 1];
   for (size_t i = 0; i < states(); ++i) first[i + 1] += first[i];
-  std::vector<int> sources(edges_.size());
+  std::vector<Edge> sources(edges_.size());  // Backwards: `target` is where the action begins.
   std::vector<size_t> fill(first.begin(), first.end() - 1);
-  for (size_t s = 0; s < expanded_; ++s) {
+  for (size_t s = 0; s < states(); ++s) {
     const int source = static_cast<int>(s);
     for (const Edge* e = begin_edges(source); e != end_edges(source); ++e) {
-      sources[fill[static_cast<size_t>(e->target)]++] = source;
+      sources[fill[static_cast<size_t>(e->target)]++] = {e->action, source};
     }
   }
-  std::vector<int> distance(states(), kFar);
-  std::vector<int> queue;
+  std::vector<int64_t> distance(states(), kFar);
+  std::vector<std::pair<int64_t, int>> heap;
   for (size_t s = 0; s < states(); ++s) {
-    if (!goal_[s]) continue;
+    if (!nodes_[s].is_goal || !nodes_[s].is_closed) continue;
     distance[s] = 0;
-    queue.push_back(static_cast<int>(s));
+    heap.emplace_back(0, static_cast<int>(s));
   }
-  for (size_t i = 0; i < queue.size(); ++i) {
-    const auto target = static_cast<size_t>(queue[i]);
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), std::greater<>());
+    const auto [cost, state] = heap.back();
+    heap.pop_back();
+    const auto target = static_cast<size_t>(state);
+    if (cost != distance[target]) continue;
     for (size_t k = first[target]; k < first[target + 1]; ++k) {
-      int& d = distance[static_cast<size_t>(sources[k])];
-      if (d != kFar) continue;
-      d = distance[target] + 1;
-      queue.push_back(sources[k]);
+      int64_t& known = distance[static_cast<size_t>(sources[k].target)];
+      const int64_t through = cost + action_cost(sources[k].action);
+      if (through >= known) continue;
+      known = through;
+      heap.emplace_back(through, sources[k].target);
+      std::push_heap(heap.begin(), heap.end(), std::greater<>());
     }
   }
   return distance;

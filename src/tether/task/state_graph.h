@@ -2,69 +2,100 @@
 
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <vector>
 
-#include "tether/symbolic/task.h"
+#include "tether/task/estimate.h"
+#include "tether/task/product.h"
+#include "tether/task/state_table.h"
 
 namespace tether::task {
 
-/// The states of a task that were reached so far, each once, with the actions between them, explored breadth
-/// first. Goal states are not expanded: a skeleton ends there.
+/// The states of a product that were reached so far, each once, explored by A*: best lower bound first (Hart,
+/// Nilsson and Raphael, 1968). A state that is reached again at less cost is expanded again, because landmark
+/// cuts are not consistent. Goal states are not expanded: a skeleton ends there.
 class StateGraph {
  public:
-  static constexpr int kFar = std::numeric_limits<int>::max();
+  static constexpr int64_t kFar = std::numeric_limits<int64_t>::max();
 
   struct Edge {
     int action = -1;
     int target = -1;
   };
+  struct Options {
+    bool blind = false;       ///< Without a heuristic: Dijkstra's algorithm.
+    bool unit_costs = false;  ///< Each action costs 1: breadth-first if blind.
+  };
 
-  explicit StateGraph(std::shared_ptr<const symbolic::Task> task);
+  /// `product` must outlive the graph.
+  StateGraph(Product& product, const Options& options);
 
-  /// Expands the next state in breadth-first order; none may be left unexpanded.
-  void ExpandNext();
-  /// States that were not expanded yet; 0 when the reachable space is known.
-  size_t frontier() const { return depth_.size() - expanded_; }
-  /// Actions from the initial state to the next state to be expanded: states nearer than that are all
-  /// expanded.
-  int frontier_depth() const { return depth_[expanded_]; }
+  /// No plan through a state that is not expanded costs less; kFar when all is known.
+  int64_t bound();
+  /// Expands the next state and returns it; bound() must not be kFar. A goal state is only noted.
+  int ExpandNext();
+  /// Expands a state that is left, or a goal state; false when none is. After that, what this class says of
+  /// costs and distances is no longer of plans that end at their first goal state.
+  bool ExpandBeyondGoals();
 
-  size_t states() const { return depth_.size(); }
-  size_t expanded() const { return expanded_; }
-  uint64_t generated() const { return edges_.size(); }
+  size_t states() const { return table_.size(); }
+  /// Expansions so far, again and again counted; successors made.
+  uint64_t expanded() const { return expanded_; }
+  uint64_t generated() const { return generated_; }
 
-  int depth(int state) const { return depth_[static_cast<size_t>(state)]; }
-  bool is_goal(int state) const { return goal_[static_cast<size_t>(state)]; }
-  bool has_goal() const { return has_goal_; }
-  /// The actions from a state; none while it is not expanded. Expanding invalidates the pointers.
-  const Edge* begin_edges(int state) const { return EdgeFrom(static_cast<size_t>(state)); }
-  const Edge* end_edges(int state) const { return EdgeFrom(static_cast<size_t>(state) + 1); }
-  symbolic::StateView state(int index) const {
-    return {words_.data() + static_cast<size_t>(index) * width_, width_};
-  }
+  int64_t action_cost(int action) const { return costs_[static_cast<size_t>(action)]; }
+  bool is_goal(int state) const { return nodes_[static_cast<size_t>(state)].is_goal; }
+  bool is_closed(int state) const { return nodes_[static_cast<size_t>(state)].is_closed; }
+  /// The cheapest way found to `state`: its cost, and its actions.
+  int64_t cost(int state) const { return nodes_[static_cast<size_t>(state)].cost; }
+  std::vector<int> PathTo(int state) const;
+  /// Least cost of the goal states met by ExpandNext(), kFar if there is none.
+  int64_t goal_cost() const { return goal_cost_; }
 
-  /// Fewest actions from each state to a goal state over the expanded part, kFar if there is no way.
-  std::vector<int> GoalDistances() const;
+  /// The actions from an expanded state, in the task's order; none from others. Call FindEdges() first.
+  const Edge* begin_edges(int state) const { return edges_.data() + first_edge_[static_cast<size_t>(state)]; }
+  const Edge* end_edges(int state) const { return edges_.data() + end_edge_[static_cast<size_t>(state)]; }
+  /// Least cost from each state to a goal state over the expanded part, kFar if there is no way. Finds the
+  /// edges too.
+  std::vector<int64_t> GoalDistances();
 
  private:
-  int Insert(symbolic::StateView state, int depth);
-  void Grow();
-  const Edge* EdgeFrom(size_t state) const {
-    return edges_.data() + (state < first_edge_.size() ? first_edge_[state] : edges_.size());
-  }
+  struct Node {
+    int64_t cost = kFar;
+    int64_t estimate = 0;
+    int parent = -1;
+    int action = -1;
+    bool is_goal = false;
+    bool is_closed = false;
+    bool has_edges = false;
+  };
+  struct Entry {
+    int64_t bound, estimate;
+    uint64_t number;  ///< Later ones first, except in a blind search.
+    int state;
+    int64_t cost;
+  };
+  struct Worse {
+    bool operator()(const Entry& a, const Entry& b) const;
+  };
 
-  std::shared_ptr<const symbolic::Task> task_;
-  size_t width_;
-  std::vector<uint64_t> words_;
-  std::vector<int> depth_;
-  std::vector<bool> goal_;
-  bool has_goal_ = false;
-  size_t expanded_ = 0;
-  std::vector<size_t> first_edge_;  ///< Of expanded states; they are expanded in the order of their numbers.
+  void Reach(symbolic::StateView state, int64_t cost, int parent, int action);
+  void Expand(int state);
+  void FindEdges();
+
+  Product& product_;
+  Options options_;
+  Estimate estimate_;
+  std::vector<int64_t> costs_;
+  StateTable table_;
+  std::vector<Node> nodes_;
+  std::vector<Entry> open_;  ///< A heap.
+  uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0;
+  int64_t goal_cost_ = kFar;
+  std::vector<int> goals_;  ///< Closed ones.
   std::vector<Edge> edges_;
-  std::vector<int> slots_;  ///< Open addressing: state numbers, -1 free.
-  symbolic::State scratch_;
+  std::vector<size_t> first_edge_, end_edge_;
+  symbolic::State scratch_, source_;
+  std::vector<int> applicable_;
 };
 
 }  // namespace tether::task

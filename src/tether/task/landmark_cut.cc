@@ -1,0 +1,179 @@
+#include "tether/task/landmark_cut.h"
+
+#include <algorithm>
+
+namespace tether::task {
+namespace {
+
+constexpr int64_t kFar = LandmarkCut::kDeadEnd;
+
+}  // namespace
+
+LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation) {
+  const size_t operators = relaxation.operators().size(), facts = static_cast<size_t>(relaxation.facts());
+  std::vector<std::vector<int>> users(facts), adders(facts), of_action(relaxation.costs().size());
+  auto lay_out = [](const std::vector<int>& items, std::vector<int>& list, std::vector<Range>& ranges) {
+    const int begin = static_cast<int>(list.size());
+    list.insert(list.end(), items.begin(), items.end());
+    ranges.push_back({begin, static_cast<int>(list.size())});
+  };
+  for (size_t i = 0; i < operators; ++i) {
+    const Relaxation::Operator& op = relaxation.operators()[i];
+    action_.push_back(op.action);
+    lay_out(op.preconditions, precondition_list_, preconditions_);
+    lay_out(op.adds, add_list_, adds_);
+    for (int fact : op.preconditions) users[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
+    for (int fact : op.adds) adders[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
+    of_action[static_cast<size_t>(op.action)].push_back(static_cast<int>(i));
+  }
+  for (const auto& list : users) lay_out(list, user_list_, users_);
+  for (const auto& list : adders) lay_out(list, adder_list_, adders_);
+  for (const auto& list : of_action) lay_out(list, of_action_list_, of_action_);
+  fact_cost_.resize(facts);
+  zone_.resize(facts);
+  missing_.resize(operators);
+  supporter_.resize(operators);
+  supporter_cost_.resize(operators);
+}
+
+int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
+  costs_ = relaxation_.costs();
+  Explore(facts);
+  const auto goal = static_cast<size_t>(relaxation_.goal());
+  if (fact_cost_[goal] == kFar) return kDeadEnd;
+  int64_t total = 0;
+  while (fact_cost_[goal] > 0) {
+    std::fill(zone_.begin(), zone_.end(), Zone::kNone);
+    MarkGoalZone();
+    FindCut(facts);
+    int64_t least = kFar;
+    for (int op : cut_) least = std::min(least, CostOf(op));
+    total += least;
+    Update();
+  }
+  return total;
+}
+
+void LandmarkCut::Propagate(int op) {
+  const auto o = static_cast<size_t>(op);
+  const int64_t cost = supporter_cost_[o] + CostOf(op);
+  for (int i = adds_[o].begin; i < adds_[o].end; ++i) {
+    const int fact = add_list_[static_cast<size_t>(i)];
+    int64_t& known = fact_cost_[static_cast<size_t>(fact)];
+    if (known <= cost) continue;
+    known = cost;
+    queue_.Push(cost, fact);
+  }
+}
+
+void LandmarkCut::Explore(std::span<const int> facts) {
+  std::fill(fact_cost_.begin(), fact_cost_.end(), kFar);
+  for (size_t i = 0; i < missing_.size(); ++i) missing_[i] = preconditions_[i].end - preconditions_[i].begin;
+  queue_.Clear();
+  for (int fact : facts) {
+    fact_cost_[static_cast<size_t>(fact)] = 0;
+    queue_.Push(0, fact);
+  }
+  while (!queue_.empty()) {
+    const auto [cost, fact] = queue_.Pop();
+    const auto f = static_cast<size_t>(fact);
+    if (cost != fact_cost_[f]) continue;
+    for (int i = users_[f].begin; i < users_[f].end; ++i) {
+      const int op = user_list_[static_cast<size_t>(i)];
+      // Facts come in the order of their costs: the last precondition is the dearest.
+      if (--missing_[static_cast<size_t>(op)] > 0) continue;
+      supporter_[static_cast<size_t>(op)] = fact;
+      supporter_cost_[static_cast<size_t>(op)] = cost;
+      Propagate(op);
+    }
+  }
+}
+
+/// Takes the cut's cost from its actions, and brings the facts' costs up to date.
+void LandmarkCut::Update() {
+  int64_t least = kFar;
+  for (int op : cut_) least = std::min(least, CostOf(op));
+  stack_.clear();
+  for (int op : cut_) stack_.push_back(action_[static_cast<size_t>(op)]);
+  std::sort(stack_.begin(), stack_.end());
+  stack_.erase(std::unique(stack_.begin(), stack_.end()), stack_.end());
+  for (int action : stack_) costs_[static_cast<size_t>(action)] -= least;
+  for (int action : stack_) {
+    const Range own = of_action_[static_cast<size_t>(action)];
+    for (int i = own.begin; i < own.end; ++i) {
+      const int op = of_action_list_[static_cast<size_t>(i)];
+      if (missing_[static_cast<size_t>(op)] == 0) Propagate(op);
+    }
+  }
+  while (!queue_.empty()) {
+    const auto [cost, fact] = queue_.Pop();
+    const auto f = static_cast<size_t>(fact);
+    if (cost != fact_cost_[f]) continue;
+    for (int i = users_[f].begin; i < users_[f].end; ++i) {
+      const int op = user_list_[static_cast<size_t>(i)];
+      const auto o = static_cast<size_t>(op);
+      if (missing_[o] > 0 || supporter_[o] != fact || supporter_cost_[o] <= cost) continue;
+      int dearest = fact;
+      for (int k = preconditions_[o].begin; k < preconditions_[o].end; ++k) {
+        const int other = precondition_list_[static_cast<size_t>(k)];
+        if (fact_cost_[static_cast<size_t>(other)] > fact_cost_[static_cast<size_t>(dearest)])
+          dearest = other;
+      }
+      supporter_[o] = dearest;
+      const int64_t now = fact_cost_[static_cast<size_t>(dearest)];
+      if (now == supporter_cost_[o]) continue;
+      supporter_cost_[o] = now;
+      Propagate(op);
+    }
+  }
+}
+
+/// Marks the facts from which the goal costs nothing any more.
+void LandmarkCut::MarkGoalZone() {
+  stack_.assign(1, relaxation_.goal());
+  zone_[static_cast<size_t>(relaxation_.goal())] = Zone::kGoal;
+  while (!stack_.empty()) {
+    const auto f = static_cast<size_t>(stack_.back());
+    stack_.pop_back();
+    for (int i = adders_[f].begin; i < adders_[f].end; ++i) {
+      const int op = adder_list_[static_cast<size_t>(i)];
+      if (missing_[static_cast<size_t>(op)] > 0 || CostOf(op) > 0) continue;
+      const int supporter = supporter_[static_cast<size_t>(op)];
+      Zone& zone = zone_[static_cast<size_t>(supporter)];
+      if (zone == Zone::kGoal) continue;
+      zone = Zone::kGoal;
+      stack_.push_back(supporter);
+    }
+  }
+}
+
+/// The operators that lead from what can be reached without entering the goal zone into it.
+void LandmarkCut::FindCut(std::span<const int> facts) {
+  cut_.clear();
+  stack_.assign(facts.begin(), facts.end());
+  for (int fact : facts) zone_[static_cast<size_t>(fact)] = Zone::kBefore;
+  while (!stack_.empty()) {
+    const int fact = stack_.back();
+    stack_.pop_back();
+    const auto f = static_cast<size_t>(fact);
+    for (int i = users_[f].begin; i < users_[f].end; ++i) {
+      const int op = user_list_[static_cast<size_t>(i)];
+      const auto o = static_cast<size_t>(op);
+      if (missing_[o] > 0 || supporter_[o] != fact) continue;
+      const int* begin = add_list_.data() + adds_[o].begin;
+      const int* end = add_list_.data() + adds_[o].end;
+      if (std::any_of(begin, end, [&](int add) { return zone_[static_cast<size_t>(add)] == Zone::kGoal; })) {
+        cut_.push_back(op);
+        continue;
+      }
+      for (const int* add = begin; add != end; ++add) {
+        Zone& zone = zone_[static_cast<size_t>(*add)];
+        if (zone != Zone::kNone) continue;
+        zone = Zone::kBefore;
+        stack_.push_back(*add);
+      }
+    }
+  }
+}
+
+}  // namespace tether::task

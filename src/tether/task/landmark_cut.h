@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "tether/task/relaxation.h"
+#include "tether/task/relaxed_queue.h"
+
+namespace tether::task {
+
+/// The landmark-cut heuristic of Helmert and Domshlak (ICAPS 2009, section 5): an admissible estimate of the
+/// cost to the goal. Round after round, a set of actions is found of which every relaxed plan needs one; the
+/// least of their costs counts, and is taken from each of them.
+///
+/// Several operators may belong to one action (conditional effects): they pay from the same cost, so that one
+/// action is never counted twice.
+class LandmarkCut {
+ public:
+  static constexpr int64_t kDeadEnd = std::numeric_limits<int64_t>::max();
+
+  /// `relaxation` must outlive this.
+  explicit LandmarkCut(const Relaxation& relaxation);
+
+  /// A lower bound on the cost of a plan from where `facts` hold; kDeadEnd if there is none even in the
+  /// relaxation. The same facts give the same number, whatever was evaluated before.
+  int64_t Evaluate(std::span<const int> facts);
+
+ private:
+  void Explore(std::span<const int> facts);
+  void Update();
+  void Propagate(int op);
+  void MarkGoalZone();
+  void FindCut(std::span<const int> facts);
+
+  struct Range {
+    int begin = 0, end = 0;
+  };
+  enum class Zone : uint8_t { kNone, kGoal, kBefore };
+
+  int64_t CostOf(int op) const { return costs_[static_cast<size_t>(action_[static_cast<size_t>(op)])]; }
+
+  const Relaxation& relaxation_;
+  // The relaxation with its lists laid out one after another.
+  std::vector<int> action_;
+  std::vector<Range> preconditions_, adds_, users_, adders_, of_action_;
+  std::vector<int> precondition_list_, add_list_, user_list_, adder_list_, of_action_list_;
+
+  std::vector<int64_t> costs_;      ///< Per action: what is left.
+  std::vector<int64_t> fact_cost_;  ///< The dearest way's cost (h_max).
+  std::vector<Zone> zone_;
+  std::vector<int> missing_;             ///< Per operator: preconditions not reached.
+  std::vector<int> supporter_;           ///< Per operator: its dearest precondition.
+  std::vector<int64_t> supporter_cost_;  ///< Per operator.
+  RelaxedQueue queue_;
+  std::vector<int> stack_, cut_;
+};
+
+}  // namespace tether::task
