@@ -44,7 +44,7 @@ std::string Scenario(const std::string& name) { return "'" + kSource + "/scenari
 
 TEST(CliTest, HelpHasExamplesForEveryCommand) {
   for (const std::string command :
-       {"", "plan", "run", "check", "bench", "generate", "campaign", "automaton"}) {
+       {"", "plan", "run", "check", "bench", "generate", "campaign", "automaton", "task"}) {
     const Outcome outcome = Tether(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("Examples:")) << command;
@@ -149,6 +149,41 @@ TEST(CliTest, WrongFormulasAreExitCode2AndImpossibleOnes3) {
   EXPECT_THAT(impossible.err, HasSubstr("the formula cannot be satisfied"));
   EXPECT_EQ(Tether("automaton a --hoa --json -").exit_code, 2);
   EXPECT_EQ(Tether("automaton a --hoa --dot").exit_code, 2);
+}
+
+TEST(CliTest, TasksAreSearchedWithoutAScene) {
+  const std::string hanoi =
+      "task '" + kSource + "/scenarios/hanoi/domain.pddl' '" + kSource + "/scenarios/hanoi/problem.pddl'";
+  const Outcome people = Tether(hanoi);
+  EXPECT_EQ(people.exit_code, 0) << people.err;
+  EXPECT_THAT(people.out, HasSubstr("cost 14"));
+  for (const std::string search : {"astar", "greedy", "dijkstra", "bfs"}) {
+    const Outcome outcome = Tether(hanoi + " --json - --search " + search);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Value json = ParseYaml(outcome.out, "task.json");
+    EXPECT_EQ(json.Find("format")->AsText(), "tether.task_report/1");
+    EXPECT_EQ(json.Find("status")->AsText(), "solved");
+    const Value& plan = json.Find("plans")->items().at(0);
+    EXPECT_GE(plan.Find("actions")->items().size(), 14u);
+    EXPECT_TRUE(search == "greedy" || plan.Find("cost")->number() == 14);
+    const Value& effort = *json.Find("search");
+    EXPECT_GT(effort.Find("expanded")->integer(), 0);
+    EXPECT_EQ(effort.Find("reachable") != nullptr, search == "dijkstra" || search == "bfs");
+    EXPECT_EQ(json.Find("automaton"), nullptr);
+  }
+
+  const Outcome temporal = Tether(hanoi + " --json - --goal 'F(inhand(box_2) & X F inhand(box_1))'");
+  EXPECT_EQ(temporal.exit_code, 0) << temporal.err;
+  EXPECT_EQ(ParseYaml(temporal.out, "task.json").Find("automaton")->Find("states")->integer(), 3);
+  EXPECT_EQ(Tether(hanoi + " --goal 'F(inhand(box_1) & inhand(box_2))'").exit_code, 3);
+  EXPECT_EQ(Tether(hanoi + " --goal 'F(inhand(box_1) & inhand(box_2))' --time-limit 1e-9").exit_code, 4);
+  const Outcome unknown = Tether(hanoi + " --goal 'F inhand(bax_1)'");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err,
+              HasSubstr("formula:1:3: unknown proposition 'inhand(bax_1)': there is no object 'bax_1' "
+                        "(did you mean 'box_1'?"));
+  EXPECT_THAT(Tether(hanoi + " --search astra").err, HasSubstr("did you mean 'astar'?"));
+  EXPECT_EQ(Tether(hanoi + " --search greedy --max-plans 2").exit_code, 2);
 }
 
 TEST(CliTest, BenchPlanningWritesJsonOnly) {

@@ -13,6 +13,7 @@
 #include "tether/common/error.h"
 #include "tether/common/log.h"
 #include "tether/experiment/commands.h"
+#include "tether/experiment/task_command.h"
 #include "tether/experiment/version.h"
 
 namespace {
@@ -267,6 +268,39 @@ Examples:
   command->callback([&] { run = [&] { return AutomatonCommand(arguments); }; });
 }
 
+void AddTask(CLI::App& app, TaskArguments& arguments, std::function<int()>& run) {
+  CLI::App* command = app.add_subcommand("task", "Search a PDDL problem for plans, without a scene");
+  command->add_option("domain", arguments.domain, "PDDL domain")->required()->type_name("DOMAIN");
+  command->add_option("problem", arguments.problem, "PDDL problem")->required()->type_name("PROBLEM");
+  command->add_option("--goal", arguments.goal, "Temporal formula, in place of the problem's goal")
+      ->type_name("FORMULA");
+  command->add_option("--semantics", arguments.semantics, "Of the formula: cosafe (default) or ltlf")
+      ->type_name("NAME");
+  command
+      ->add_option(
+          "--search", arguments.search,
+          "astar (default): cheapest plans, by landmark cuts; greedy: some plan, fast; dijkstra and bfs: "
+          "cheapest and shortest plans without a heuristic, and the whole of the state space")
+      ->type_name("NAME");
+  command->add_option("--max-plans", arguments.max_plans, "So many plans, cheapest first (default 1); 0: all")
+      ->type_name("K");
+  command
+      ->add_option("--time-limit", arguments.time_limit_s, "Search stops after so many seconds; 0: no limit")
+      ->type_name("S");
+  command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
+      ->type_name("FILE");
+  command->footer(R"(Examples:
+  tether task scenarios/hanoi/domain.pddl scenarios/hanoi/problem.pddl
+  tether task domain.pddl problem.pddl --search greedy --time-limit 10
+  tether task domain.pddl problem.pddl --goal 'F(on(a,b) & X F on(b,c))' --max-plans 3 --json -)");
+  command->callback([&] {
+    run = [&] {
+      arguments.stop = &stop_requested;
+      return TaskCommand(arguments);
+    };
+  });
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Robot manipulation planned as poses tied to objects, executed by reactive control.",
                "tether");
@@ -289,6 +323,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   GenerateArguments generate;
   CampaignArguments campaign;
   AutomatonArguments automaton;
+  TaskArguments task;
   std::function<int()> command;
   AddPlan(app, plan, command);
   AddRun(app, run, command);
@@ -297,6 +332,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   AddGenerate(app, generate, command);
   AddCampaign(app, campaign, command);
   AddAutomaton(app, automaton, command);
+  AddTask(app, task, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -18,15 +18,6 @@ namespace {
 constexpr int kMostStatesListed = 100;
 constexpr size_t kMostLines = 400;
 
-ltl::Semantics ReadSemantics(const std::string& name) {
-  for (ltl::Semantics semantics : {ltl::Semantics::kCosafe, ltl::Semantics::kLtlf}) {
-    if (name == ToString(semantics)) return semantics;
-  }
-  const std::string nearest = NearestMatch(name, {"cosafe", "ltlf"});
-  throw InputError("--semantics: unknown '" + name + "'",
-                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: cosafe or ltlf");
-}
-
 std::string Count(int number, const std::string& what) {
   return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
 }
@@ -48,6 +39,15 @@ void PrintAutomaton(const CompiledFormula& compiled, const Terminal& terminal) {
 }
 
 }  // namespace
+
+ltl::Semantics ReadSemantics(const std::string& name) {
+  for (ltl::Semantics semantics : {ltl::Semantics::kCosafe, ltl::Semantics::kLtlf}) {
+    if (name == ToString(semantics)) return semantics;
+  }
+  const std::string nearest = NearestMatch(name, {"cosafe", "ltlf"});
+  throw InputError("--semantics: unknown '" + name + "'",
+                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: cosafe or ltlf");
+}
 
 CompiledFormula CompileFormula(const std::string& text, const std::string& semantics) {
   CompiledFormula compiled;

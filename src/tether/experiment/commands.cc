@@ -21,29 +21,6 @@
 namespace tether::experiment {
 namespace {
 
-/// To a file, or to standard output if `path` is "-".
-void WriteJsonTo(const std::string& path, const Value& value) {
-  if (path.empty()) return;
-  if (path == "-") {
-    std::fputs(WriteJson(value).c_str(), stdout);
-    std::fflush(stdout);
-  } else {
-    WriteFile(path, WriteJson(value));
-  }
-}
-
-/// Fails now rather than after the work whose result the file is for.
-void RequireWritable(const std::string& path, const char* option, Diagnostics& diagnostics) {
-  if (path.empty() || path == "-") return;
-  const std::filesystem::path parent = std::filesystem::absolute(path).parent_path();
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    diagnostics.Add({}, std::string(option) + ": " + path + " is a folder", "a path in a writable folder");
-  } else if (!std::filesystem::is_directory(parent, ignored) || access(parent.c_str(), W_OK) != 0) {
-    diagnostics.Add({}, std::string(option) + ": cannot write " + path, "a path in a writable folder");
-  }
-}
-
 void RequireFolder(const std::string& path, Diagnostics& diagnostics) {
   if (path.empty()) return;
   std::error_code error;
@@ -194,6 +171,27 @@ bool WorthPrinting(const std::string& kind) {
 }
 
 }  // namespace
+
+void WriteJsonTo(const std::string& path, const Value& value) {
+  if (path.empty()) return;
+  if (path == "-") {
+    std::fputs(WriteJson(value).c_str(), stdout);
+    std::fflush(stdout);
+  } else {
+    WriteFile(path, WriteJson(value));
+  }
+}
+
+void RequireWritable(const std::string& path, const char* option, Diagnostics& diagnostics) {
+  if (path.empty() || path == "-") return;
+  const std::filesystem::path parent = std::filesystem::absolute(path).parent_path();
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    diagnostics.Add({}, std::string(option) + ": " + path + " is a folder", "a path in a writable folder");
+  } else if (!std::filesystem::is_directory(parent, ignored) || access(parent.c_str(), W_OK) != 0) {
+    diagnostics.Add({}, std::string(option) + ": cannot write " + path, "a path in a writable folder");
+  }
+}
 
 int PlanCommand(const PlanArguments& arguments) {
   const Terminal terminal(arguments.json == "-");

@@ -63,7 +63,7 @@ SearchStatus SkeletonSearch::NothingLeft() const {
 
 std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limits, bool now) {
   if (!now && ++ticks_ % 16 != 0) return std::nullopt;
-  if (limits.stop.stop_requested()) return SearchStatus::kInterrupted;
+  if (limits.interruption_requested()) return SearchStatus::kInterrupted;
   if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline)
     return SearchStatus::kTimeLimit;
   return std::nullopt;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -41,8 +42,13 @@ struct SkeletonOptions {
 /// When to stop looking for the next skeleton. A search that was stopped can be continued.
 struct SearchLimits {
   std::stop_token stop;
+  const std::atomic<bool>* interrupted = nullptr;  ///< A request to stop where there is no token.
   std::optional<std::chrono::steady_clock::time_point> deadline;
   std::optional<double> max_cost = std::nullopt;  ///< Nothing dearer for now.
+
+  bool interruption_requested() const {
+    return stop.stop_requested() || (interrupted != nullptr && interrupted->load());
+  }
 };
 
 enum class SearchStatus {

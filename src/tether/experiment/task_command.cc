@@ -1,0 +1,212 @@
+#include "tether/experiment/task_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+#include "tether/common/log.h"
+#include "tether/experiment/automaton.h"
+#include "tether/experiment/commands.h"
+#include "tether/experiment/plan_output.h"
+#include "tether/experiment/terminal.h"
+#include "tether/ltl/cosafe.h"
+#include "tether/ltl/parser.h"
+#include "tether/task/greedy.h"
+
+namespace tether::experiment {
+namespace {
+
+const std::vector<std::string> kSearches = {"astar", "greedy", "dijkstra", "bfs"};
+
+void Validate(const TaskArguments& arguments) {
+  Diagnostics mistakes;
+  if (std::find(kSearches.begin(), kSearches.end(), arguments.search) == kSearches.end()) {
+    const std::string nearest = NearestMatch(arguments.search, kSearches);
+    mistakes.Add({}, "--search: unknown '" + arguments.search + "'",
+                 (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
+                     "accepted: " + JoinAlternatives(kSearches));
+  }
+  if (arguments.max_plans < 0) {
+    mistakes.Add({}, "--max-plans is " + std::to_string(arguments.max_plans), "1 or more, or 0 for all");
+  } else if (arguments.search == "greedy" && arguments.max_plans != 1) {
+    mistakes.Add(
+        {}, "--max-plans is " + std::to_string(arguments.max_plans) + ", but --search greedy finds one plan",
+        "astar, dijkstra or bfs find as many as are wanted");
+  }
+  if (!(arguments.time_limit_s >= 0))
+    mistakes.Add({}, "--time-limit is negative", "seconds, or 0 for no limit");
+  if (arguments.goal.empty() && arguments.semantics != "cosafe") {
+    mistakes.Add({}, "--semantics is of no use without --goal", "--goal FORMULA");
+  }
+  mistakes.ThrowIfAny();
+}
+
+double Since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+std::optional<task::TemporalGoal> ReadGoal(const TaskArguments& arguments) {
+  if (arguments.goal.empty()) return std::nullopt;
+  task::TemporalGoal goal{ltl::ParseFormula(arguments.goal), ReadSemantics(arguments.semantics), {}};
+  for (const Diagnostic& warning : SemanticsWarnings(goal.formula, goal.semantics))
+    LogWarning(warning.ToString());
+  return goal;
+}
+
+std::string StatusName(const TaskReport& report) {
+  if (report.ended == task::SearchStatus::kInterrupted) return "interrupted";
+  if (!report.plans.empty()) return "solved";
+  return report.ended == task::SearchStatus::kExhausted ? "impossible" : "gave_up";
+}
+
+int ExitCodeOf(const TaskReport& report) {
+  if (report.ended == task::SearchStatus::kInterrupted) return kExitInterrupted;
+  if (!report.plans.empty()) return kExitSuccess;
+  return report.ended == task::SearchStatus::kExhausted ? kExitImpossible : kExitGaveUp;
+}
+
+std::string Message(const TaskReport& report) {
+  if (report.plans.empty() && report.ended == task::SearchStatus::kExhausted) {
+    return "no sequence of actions reaches the goal";
+  }
+  if (report.ended == task::SearchStatus::kFound) return "";
+  return std::string(Describe(report.ended));
+}
+
+std::string Count(uint64_t number, const std::string& what) {
+  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+void Print(const TaskReport& report, const symbolic::Task& task, const Terminal& terminal) {
+  for (const task::Skeleton& plan : report.plans) {
+    char cost[32];
+    std::snprintf(cost, sizeof cost, "%.10g", plan.cost);
+    terminal.Print(terminal.Bold("cost " + std::string(cost)) + "  " +
+                   terminal.Dim(Count(plan.actions.size(), "action")));
+    for (int action : plan.actions) terminal.Print("  " + task.actions()[static_cast<size_t>(action)].name);
+  }
+  const std::string message = Message(report);
+  if (!message.empty())
+    terminal.Print(report.plans.empty() ? terminal.Red(message) : terminal.Yellow(message));
+  std::string line = Count(report.expanded, "state") + " expanded, " + std::to_string(report.generated) +
+                     " generated" +
+                     (report.reachable ? ", " + std::to_string(*report.reachable) + " reachable" : "");
+  if (report.automaton_states) {
+    line += "; " + Count(static_cast<uint64_t>(*report.automaton_states), "state") + " of the automaton";
+  }
+  terminal.Print(terminal.Dim(line + "; grounding " + Fixed(1e3 * report.ground_s, 2) + " ms, search " +
+                              Fixed(1e3 * report.search_s, 2) + " ms"));
+}
+
+}  // namespace
+
+TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments) {
+  Validate(arguments);
+  TaskReport report;
+  const std::optional<task::TemporalGoal> goal = ReadGoal(arguments);
+  const auto begin = std::chrono::steady_clock::now();
+  task::SearchLimits limits;
+  limits.interrupted = arguments.stop;
+  if (arguments.time_limit_s > 0) {
+    limits.deadline = begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                  std::chrono::duration<double>(std::min(arguments.time_limit_s, 1e9)));
+  }
+  auto product = std::make_unique<task::Product>(std::move(task), goal);
+  if (arguments.search == "greedy") {
+    task::GreedyResult result = FindGreedily(*product, limits);
+    report.ended = result.status;
+    if (result.skeleton) report.plans.push_back(std::move(*result.skeleton));
+    report.expanded = result.expanded;
+    report.generated = result.generated;
+    if (goal) report.automaton_states = product->automaton()->states();
+    report.complete = result.skeleton.has_value() || report.ended == task::SearchStatus::kExhausted;
+    report.search_s = Since(begin);
+    return report;
+  }
+  const bool blind = arguments.search != "astar";
+  task::SkeletonSearch search(
+      std::move(product), {.blind = blind, .unit_costs = arguments.search == "bfs", .first_at_once = true});
+  const size_t wanted = static_cast<size_t>(arguments.max_plans);
+  do {
+    task::SearchOutcome outcome = search.Next(limits);
+    report.ended = outcome.status;
+    if (!outcome.found()) break;
+    report.plans.push_back(std::move(*outcome.skeleton));
+  } while (wanted == 0 || report.plans.size() < wanted);
+  report.complete =
+      report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
+  if (blind && report.complete) {
+    const auto stop = search.ExploreAll(limits);
+    if (!stop) report.reachable = search.graph().states();
+    if (stop) {
+      report.ended = *stop;
+      report.complete = false;
+    }
+  }
+  if (report.ended == task::SearchStatus::kExhausted && !report.plans.empty()) {
+    report.ended = task::SearchStatus::kFound;
+  }
+  report.expanded = search.graph().expanded();
+  report.generated = search.graph().generated();
+  if (goal) report.automaton_states = search.product().automaton()->states();
+  if (arguments.search == "bfs") {
+    for (task::Skeleton& plan : report.plans) {
+      plan.cost = 0;
+      for (int action : plan.actions) {
+        plan.cost += static_cast<double>(search.task().actions()[static_cast<size_t>(action)].cost) *
+                     search.task().cost_unit();
+      }
+    }
+  }
+  report.search_s = Since(begin);
+  return report;
+}
+
+Value WriteTaskReport(const TaskReport& report, const symbolic::Task& task, const TaskArguments& arguments) {
+  Value json = OutputHeader("tether.task_report/1", 0);
+  json.Set("domain", task.domain().name).Set("problem", task.problem().name);
+  if (!arguments.goal.empty()) json.Set("goal", arguments.goal).Set("semantics", arguments.semantics);
+  json.Set("status", StatusName(report)).Set("complete", report.complete).Set("message", Message(report));
+  Value plans = Value::Array();
+  for (const task::Skeleton& plan : report.plans) {
+    Value actions = Value::Array();
+    for (int action : plan.actions) actions.Append(task.actions()[static_cast<size_t>(action)].name);
+    plans.Append(Value::Object().Set("actions", std::move(actions)).Set("cost", plan.cost));
+  }
+  json.Set("plans", std::move(plans));
+  Value search = Value::Object();
+  search.Set("algorithm", arguments.search);
+  search.Set("expanded", report.expanded).Set("generated", report.generated);
+  if (report.reachable) search.Set("reachable", *report.reachable);
+  search.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
+  json.Set("search", std::move(search));
+  json.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
+  json.Set("task", Value::Object()
+                       .Set("atoms", static_cast<uint64_t>(task.atoms().size()))
+                       .Set("actions", static_cast<uint64_t>(task.actions().size())));
+  if (report.automaton_states) json.Set("automaton", Value::Object().Set("states", *report.automaton_states));
+  return json;
+}
+
+int TaskCommand(const TaskArguments& arguments) {
+  Validate(arguments);
+  Diagnostics unwritable;
+  RequireWritable(arguments.json, "--json", unwritable);
+  unwritable.ThrowIfAny();
+  const Terminal terminal(arguments.json == "-");
+  auto begin = std::chrono::steady_clock::now();
+  auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
+  const double parse_s = Since(begin);
+  begin = std::chrono::steady_clock::now();
+  const auto task = symbolic::Task::Ground(std::move(problem));
+  const double ground_s = Since(begin);
+  TaskReport report = SearchTask(task, arguments);
+  report.parse_s = parse_s;
+  report.ground_s = ground_s;
+  Print(report, *task, terminal);
+  WriteJsonTo(arguments.json, WriteTaskReport(report, *task, arguments));
+  return ExitCodeOf(report);
+}
+
+}  // namespace tether::experiment
