@@ -12,12 +12,6 @@ namespace tether::symbolic::naive {
 
 using Facts = std::set<Atom>;
 
-inline Facts Initial(const Problem& problem) {
-  Facts facts;
-  for (const Fact& fact : problem.init) facts.insert({fact.predicate, fact.arguments});
-  return facts;
-}
-
 /// Every choice of objects for the variables, added to `binding`.
 inline std::vector<std::vector<int>> Bindings(const Problem& problem, const std::vector<TypedName>& variables,
                                               const std::vector<int>& binding) {
@@ -82,6 +76,31 @@ inline bool Holds(const Problem& problem, const Formula& f, const Facts& facts,
   return false;
 }
 
+/// Derived predicates, stratum by stratum, until nothing more follows.
+inline void Derive(const Problem& problem, Facts& facts) {
+  const Domain& domain = *problem.domain;
+  std::erase_if(facts, [&](const Atom& atom) { return domain.IsDerived(atom.predicate); });
+  for (int stratum = 1; stratum <= static_cast<int>(domain.predicates.size()); ++stratum) {
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (const DerivedRule& rule : domain.derived) {
+        if (domain.strata[static_cast<size_t>(rule.predicate)] != stratum) continue;
+        for (const auto& binding : Bindings(problem, rule.parameters, {})) {
+          if (!Holds(problem, rule.body, facts, binding)) continue;
+          changed = facts.insert({rule.predicate, binding}).second || changed;
+        }
+      }
+    }
+  }
+}
+
+inline Facts Initial(const Problem& problem) {
+  Facts facts;
+  for (const Fact& fact : problem.init) facts.insert({fact.predicate, fact.arguments});
+  Derive(problem, facts);
+  return facts;
+}
+
 inline void Collect(const Problem& problem, const Effect& e, const Facts& before,
                     const std::vector<int>& binding, Facts& adds, Facts& deletes) {
   switch (e.kind) {
@@ -127,6 +146,7 @@ inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
       Collect(problem, action.effect, facts, binding, adds, deletes);
       for (const Atom& atom : deletes) step.after.erase(atom);
       step.after.insert(adds.begin(), adds.end());
+      Derive(problem, step.after);
       steps.push_back(step);
     }
   }
@@ -134,10 +154,17 @@ inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
 }
 
 /// Writes random problems of a random domain: nested formulas, conditional and universal effects, a type
-/// hierarchy.
+/// hierarchy; if asked for, costs (some of them 0), and derived predicates, of which one follows from itself
+/// and the other from the negation of that.
 class RandomProblem {
  public:
-  explicit RandomProblem(uint64_t seed) : random_(seed) {
+  struct Extras {
+    bool costs = false;
+    bool derived = false;
+  };
+
+  explicit RandomProblem(uint64_t seed) : RandomProblem(seed, Extras{}) {}
+  RandomProblem(uint64_t seed, const Extras& extras) : random_(seed), extras_(extras) {
     const int count = 2 + random_.Index(3);
     for (int i = 0; i < count; ++i) objects_.push_back({"Obj" + std::to_string(i), random_.Index(3)});
     domain_ =
@@ -145,7 +172,18 @@ class RandomProblem {
         "object)\n(:constants";
     domain_ += " Obj0 - " + TypeName(objects_[0].second) + ")\n";
     domain_ += "(:predicates (zero) (one ?x - object) (two ?x - top ?y - object) (still ?x - object)";
-    domain_ += " (fixed ?x - object ?y - left))\n";
+    domain_ += " (fixed ?x - object ?y - left)";
+    if (extras.derived) domain_ += " (follows ?x - object) (nothing ?x - top)";
+    domain_ += ")\n";
+    if (extras.costs) domain_ += "(:functions (total-cost) (price ?x - object) - number)\n";
+    if (extras.derived) {
+      visible_ = {objects_[0]};
+      extras_.derived = false;  // The bodies are over the others.
+      domain_ += "(:derived (follows ?x) (or " + FormulaText({{"?x", 3}}, 2) +
+                 " (exists (?y - top) (and (two ?y ?x) (follows ?y)))))\n";
+      extras_.derived = true;
+      domain_ += "(:derived (nothing ?x) (and (not (follows ?x)) (imply (zero) (follows Obj0))))\n";
+    }
     const int actions = 2 + random_.Index(3);
     for (int i = 0; i < actions; ++i) {
       std::vector<std::pair<std::string, int>> scope;
@@ -157,7 +195,13 @@ class RandomProblem {
       }
       visible_ = {objects_[0]};
       domain_ += "(:action act" + std::to_string(i) + " :parameters (" + parameters + ")\n  :precondition ";
-      domain_ += FormulaText(scope, 3) + "\n  :effect " + EffectText(scope, 3) + ")\n";
+      domain_ += FormulaText(scope, 3) + "\n  :effect ";
+      if (extras.costs) {
+        const std::string price = arity > 0 ? "(price ?v0)" : std::to_string(random_.Index(4));
+        domain_ += "(and (increase (total-cost) " + price + ") " + EffectText(scope, 3) + "))\n";
+      } else {
+        domain_ += EffectText(scope, 3) + ")\n";
+      }
     }
     domain_ += ")\n";
     visible_ = objects_;
@@ -166,8 +210,14 @@ class RandomProblem {
       problem_ += " " + objects_[i].first + " - " + TypeName(objects_[i].second);
     problem_ += ")\n(:init";
     const int facts = random_.Index(8);
+    in_init_ = true;
     for (int i = 0; i < facts; ++i) problem_ += " " + AtomText({}, false);
-    problem_ += ")\n(:goal " + FormulaText({}, 2) + "))\n";
+    in_init_ = false;
+    for (const auto& [name, type] : extras.costs ? objects_ : Scope{}) {
+      problem_ += " (= (price " + name + ") " + std::to_string(random_.Index(4)) + ".5)";
+    }
+    problem_ += ")\n(:goal " + FormulaText({}, 2) + ")";
+    problem_ += extras.costs ? "(:metric minimize (total-cost)))\n" : ")\n";
   }
 
   const std::string& domain() const { return domain_; }
@@ -194,11 +244,13 @@ class RandomProblem {
   }
 
   std::string AtomText(const Scope& scope, bool changing) {
-    const int which = random_.Index(changing ? 3 : 5);
+    const int which = random_.Index(changing ? 3 : extras_.derived && !in_init_ ? 7 : 5);
     const std::string any = TermText(scope, 3), top = TermText(scope, 2), left = TermText(scope, 0);
     if (which == 1 && !any.empty()) return "(one " + any + ")";
     if (which == 2 && !any.empty() && !top.empty()) return "(TWO " + top + " " + any + ")";
     if (which == 3 && !any.empty()) return "(still " + any + ")";
+    if (which == 5 && !any.empty()) return "(follows " + any + ")";
+    if (which == 6 && !top.empty()) return "(nothing " + top + ")";
     if (which == 4 && !any.empty() && !left.empty()) return "(fixed " + any + " " + left + ")";
     return "(zero)";
   }
@@ -258,6 +310,8 @@ class RandomProblem {
   }
 
   Random random_;
+  Extras extras_;
+  bool in_init_ = false;
   Scope objects_, visible_;
   std::string domain_, problem_;
 };

@@ -81,6 +81,8 @@ TEST(PddlTest, WritingAndReadingChangesNothing) {
   for (uint64_t seed = 0; seed < 300; ++seed) {
     const naive::RandomProblem random(seed);
     check(random.domain(), random.problem());
+    const naive::RandomProblem more(seed, {.costs = true, .derived = true});
+    check(more.domain(), more.problem());
   }
 }
 
@@ -143,7 +145,8 @@ TEST(PddlTest, ReportsEveryMistakeOfADomain) {
           "d:3:19: unknown type 'thin' (did you mean 'thing'? accepted: object, block or thing)",
           "d:4:20: constant 'Left' is declared twice; first at d:4:15",
           "d:5:31: variable '?a' is declared twice",
-          "d:6:30: a function's values are numbers, not 'numbr' (accepted: - number; functions with objects as "
+          "d:6:30: a function's values are numbers, not 'numbr' (accepted: - number; functions with objects "
+          "as "
           "values are not supported)",
           HasSubstr("d:7:3: unknown section ':acton' (did you mean ':action'?"),
           "d:8:35: unknown type 'blok' (did you mean 'block'? accepted: object, block or thing)",
@@ -174,7 +177,8 @@ TEST(PddlTest, ReportsEveryMistakeOfAProblem) {
           "p:4:42: ':init' holds facts, not formulas (accepted: (predicate object …))",
           "p:4:61: unknown function 'total-cost' (none is declared)",
           "p:5:3: ':goal' holds 2 formulas, not 1 (accepted: (:goal formula))",
-          "p:6:21: the domain's ':functions' does not declare 'total-cost' (accepted: (:functions (total-cost) "
+          "p:6:21: the domain's ':functions' does not declare 'total-cost' (accepted: (:functions "
+          "(total-cost) "
           "- number))"));
   EXPECT_THAT(
       ProblemMistakes("(define (problem x) (:objects a - block))"),
@@ -187,7 +191,8 @@ TEST(PddlTest, NamesWhatIsNotSupported) {
           "(define (domain d) (:predicates (p))\n (:action a :effect (and (p) (increase (total-cost) 1)))\n"
           " (:action b :precondition (> (fuel) 1) :effect (not (and (p))))\n"
           " (:action c :precondition (when (p) (p)) :effect (or (p)))\n"
-          " (:durative-action x) (:action e :effect (decrease (fuel) 2)) (:action f :precondition (= (fuel) 2)))"),
+          " (:durative-action x) (:action e :effect (decrease (fuel) 2)) (:action f :precondition (= (fuel) "
+          "2)))"),
       ElementsAre("d:2:40: ':functions' does not declare 'total-cost' (accepted: (:functions (total-cost) - "
                   "number))",
                   "d:3:27: '(> …)': numeric fluents are not supported",
@@ -198,6 +203,43 @@ TEST(PddlTest, NamesWhatIsNotSupported) {
                   "d:5:42: '(decrease …)': numeric fluents are not supported, except costs (accepted: "
                   "(increase (total-cost) …))",
                   "d:5:91: '(fuel)' is not a variable or object (functions are not supported)"));
+}
+
+TEST(PddlTest, CostsAndDerivedPredicatesAreChecked) {
+  EXPECT_THAT(
+      DomainMistakes("(define (domain d) (:requirements :action-costs :derived-predicates) (:predicates (p "
+                     "?a) (q ?a) (r))\n"
+                     " (:functions (total-cost) (dist ?a) - number)\n"
+                     " (:derived (q ?a) (p ?a)) (:derived (q ?a ?b) (r)) (:derived (s) (r))\n"
+                     " (:action a :parameters (?a) :effect (and (increase (total-cost) -1) (increase "
+                     "(total-cost) (dst ?a))))\n"
+                     " (:action b :parameters (?a) :effect (when (p ?a) (increase (total-cost) 1)))\n"
+                     " (:action c :parameters (?a) :effect (and (q ?a) (increase (dist ?a) 1))))"),
+      ElementsAre(
+          HasSubstr("d:3:37: 'q' has 2 parameters here, not 1"), HasSubstr("d:3:63: unknown predicate 's'"),
+          HasSubstr("d:4:66: the cost is '-1' (accepted: a number from 0"),
+          HasSubstr("d:4:93: '(dst …)' is not a cost (accepted: a number, (+ …), or a function: did you mean "
+                    "'dist'?"),
+          HasSubstr("d:5:51: the cost of an action can't depend on the state"),
+          "d:6:43: '(q …)': an effect can't change a derived predicate",
+          HasSubstr("d:6:60: '(increase (dist …)': numeric fluents are not supported")));
+  EXPECT_THAT(DomainMistakes(
+                  "(define (domain d) (:predicates (p) (q))\n (:derived (p) (not (q))) (:derived (q) (p)))"),
+              ElementsAre(HasSubstr("d:2:12: derived predicate 'p' depends on its own negation")));
+  const auto domain = ParseDomain(
+      "(define (domain d) (:predicates (p) (q)) (:functions (total-cost) (f)) (:derived (p) (q)))", "d");
+  EXPECT_THAT(
+      Mistakes([&] {
+        ParseProblem(
+            "(define (problem x) (:domain d) (:init (p) (= (f) x) (= (g) 1) (= (f) 1) (= (f) 2) (at 3 (q)))\n"
+            "(:goal (q)) (:metric maximize (total-cost)))",
+            "p", domain);
+      }),
+      ElementsAre(
+          "p:1:40: ':init' can't give 'p', which is derived", HasSubstr("p:1:51: the value of 'f' is 'x'"),
+          HasSubstr("p:1:57: unknown function 'g'"), HasSubstr("p:1:64: this value is given twice"),
+          HasSubstr("p:1:74: this value is given twice"), "p:1:84: timed initial literals are not supported",
+          HasSubstr("p:2:13: only the total cost of actions can be minimised")));
 }
 
 TEST(PddlTest, TypesMustNotFormACycle) {

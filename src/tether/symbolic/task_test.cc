@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/symbolic/domains_testing.h"
 #include "tether/symbolic/naive_testing.h"
 
 namespace tether::symbolic {
@@ -79,6 +80,49 @@ TEST(TaskTest, AgreesWithTheNaiveSemanticsOnRandomProblems) {
   }
 }
 
+TEST(TaskTest, DerivedPredicatesAgreeWithTheNaiveSemantics) {
+  for (uint64_t seed = 0; seed < 600; ++seed) {
+    const naive::RandomProblem random(seed, {.costs = false, .derived = true});
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + random.domain() + random.problem());
+    ExpectSameSemantics(ParseProblem(random.problem(), "p", ParseDomain(random.domain(), "d")), 40);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST(TaskTest, CostsAreExactMultiplesOfAUnit) {
+  const auto domain = ParseDomain(
+      "(define (domain d) (:predicates (at ?x)) (:functions (total-cost) (far ?a ?b) - number)\n"
+      "(:action go :parameters (?a ?b) :precondition (at ?a)\n :effect (and (at ?b) (not (at ?a))"
+      " (increase (total-cost) (+ (far ?a ?b) 0.2)))))",
+      "d");
+  const std::string begin = "(define (problem x) (:domain d) (:objects a b) (:init (at a) (= (total-cost) 0)";
+  const std::string end = ") (:goal (at b)) (:metric minimize (total-cost)))";
+  const std::string all = "(= (far a b) 0.3) (= (far b a) 1) (= (far a a) 0) (= (far b b) 0)";
+  const auto task = Task::Ground(ParseProblem(begin + all + end, "p", domain));
+  EXPECT_DOUBLE_EQ(task->cost_unit(), 0.1);
+  EXPECT_EQ(task->actions()[static_cast<size_t>(task->FindAction("go(a,b)"))].cost, 5);
+  EXPECT_EQ(task->actions()[static_cast<size_t>(task->FindAction("go(b,a)"))].cost, 12);
+  const auto without = Task::Ground(ParseProblem(begin + ") (:goal (at b)))", "p", domain));
+  EXPECT_EQ(without->actions().front().cost, 1) << "no metric: each action costs 1";
+  try {
+    Task::Ground(ParseProblem(begin + end, "p", domain));
+    FAIL();
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.diagnostics().size(), 4u);
+    EXPECT_EQ(error.diagnostics()[0].ToString(),
+              "d:3:63: the cost of go(a,a) needs the value of (far a a) (give it in ':init': (= "
+              "(far a a) "
+              "number))");
+  }
+}
+
+TEST(TaskTest, CompetitionDomainsGround) {
+  EXPECT_EQ(Task::Ground(domains::Blocks8())->actions().size(), 144u);
+  EXPECT_EQ(Task::Ground(domains::Gripper(4))->actions().size(), 36u);
+  EXPECT_EQ(Task::Ground(domains::Logistics6())->actions().size(), 84u);
+  EXPECT_EQ(Task::Ground(domains::Depot())->actions().size(), 90u);
+}
+
 TEST(TaskTest, DeletesBeforeItAddsAndReadsConditionsBefore) {
   const auto domain = ParseDomain(
       "(define (domain d) (:predicates (p) (q) (r))"
@@ -124,7 +168,8 @@ TEST(TaskTest, SaysWhenGroundingIsTooLarge) {
       " :precondition (p ?e ?f) :effect (p ?a ?b)))",
       "d.pddl");
   const auto problem = ParseProblem(
-      "(define (problem x) (:domain d) (:objects" + objects + ") (:init (p o1 o2)) (:goal (p o1 o3)))", "p", domain);
+      "(define (problem x) (:domain d) (:objects" + objects + ") (:init (p o1 o2)) (:goal (p o1 o3)))", "p",
+      domain);
   try {
     Task::Ground(problem);
     FAIL();

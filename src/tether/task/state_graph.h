@@ -43,6 +43,7 @@ class StateGraph {
   uint64_t generated() const { return generated_; }
 
   int64_t action_cost(int action) const { return costs_[static_cast<size_t>(action)]; }
+  symbolic::StateView state(int index) const { return table_[index]; }
   bool is_goal(int state) const { return nodes_[static_cast<size_t>(state)].is_goal; }
   bool is_closed(int state) const { return nodes_[static_cast<size_t>(state)].is_closed; }
   /// The cheapest way found to `state`: its cost, and its actions.
