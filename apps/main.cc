@@ -48,7 +48,7 @@ CLI::Validator WholeNumber() {
 }
 
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
-  command.add_option("--solver", overrides.solver, "Nonlinear solver: ipopt, nlopt or native")
+  command.add_option("--solver", overrides.solver, "Nonlinear solver: native, ipopt or nlopt")
       ->type_name("NAME");
   command.add_option("--max-actions", overrides.max_actions, "Longest action sequence tried")->type_name("N");
   command.add_option("--threads", overrides.threads, "Candidates optimised at once; 0: all processors")

@@ -17,7 +17,7 @@ struct Grasp {
       closing_O;     ///< Unit, in the object's frame: the hand's y axis, either way round. None: any.
   double width = 0;  ///< Between the fingers, m.
   std::string label;
-  double score = 0;  ///< Lower is better: narrow, within reach, fingers clear (Paper A, section VI-B).
+  double score = 0;  ///< Lower is better: little turning, fingers clear, within reach, narrow.
 };
 
 /// What the fingers can take, best first. Empty when everything is wider than the gripper opens. `too_wide`,

@@ -25,8 +25,13 @@ constexpr double kOpeningSlack = 0.005;
 constexpr double kPalmClearance = 0.005;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
-// Of grasps that are otherwise as good, the one with less turning of the hand, m per rad.
-constexpr double kTurnWeight = 1e-4;
+// Scores are about what a grasp adds to the cost of a plan. Turning the hand, per rad² (Paper A, eq. (4)):
+constexpr double kTurnWeight = 1.5;
+// Fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are otherwise as good the
+// narrower one, per m.
+constexpr double kClearanceWeight = 10;
+constexpr double kReachWeight = 10;
+constexpr double kWidthWeight = 0.01;
 // Without a robot model: a parallel gripper of common size.
 constexpr double kDefaultOpening = 0.08;
 
@@ -91,8 +96,8 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), part.X_SP.p);
-  double score =
-      grasp.width + kTurnWeight * math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
+  const double turn = math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
+  double score = kWidthWeight * grasp.width + kTurnWeight * turn * turn;
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
     double clearance = kFingerClearance;
     for (const scene::Object& other : context.scene().objects) {
@@ -101,7 +106,7 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
       if (geometry::DistanceLowerBound(*hand, X_WH, other.shape, X_WOther) >= clearance) continue;
       clearance = std::min(clearance, geometry::SignedDistance(*hand, X_WH, other.shape, X_WOther).distance);
     }
-    score += kFingerClearance - clearance;
+    score += kClearanceWeight * (kFingerClearance - clearance);
   }
   if (context.robot() != nullptr) {
     const robot::Reach& reach = context.robot()->reach();
@@ -110,7 +115,7 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
     const Pose X_WP = X_WO * part.X_SP;
     const Vector3d p_WNear = geometry::DistanceToPoint(part.primitive, X_WP, p_WCentre).p_W;
     const Vector3d p_WWrist = p_WNear + X_WH.R * reach.wrist_hand;
-    score += 10 * std::max(0.0, (p_WWrist - p_WCentre).norm() - reach.max);
+    score += kReachWeight * std::max(0.0, (p_WWrist - p_WCentre).norm() - reach.max);
   }
   return score;
 }
@@ -246,8 +251,8 @@ Kind GraspableKind() {
           "face that the object stands on, "
           "closes along a direction in which the object fits between the fingers, is centred, its palm is "
           "clear, and its pads do not reach below the object. The orientation that is "
-          "planned is the one that is executed. Directions are tried from the narrowest; of equal ones, "
-          "where the fingers are clearest.",
+          "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
+          "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
           "Paper A, section VI-B; ERRATA A13",
           {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
            {"approach", ParameterDoc::Type::kText, false, 0, 0, 0, {"down"}, "direction of approach"}},

@@ -302,7 +302,7 @@ class ScenarioParser {
   void ReadPlanning(const Value& value) {
     ObjectReader reader(value, "'planning'", diagnostics_);
     PlanningSettings& planning = scenario_.planning;
-    planning.solver = ReadChoice(reader, "solver", {"ipopt", "nlopt", "native"}, planning.solver);
+    planning.solver = ReadChoice(reader, "solver", {"native", "ipopt", "nlopt"}, planning.solver);
     if (const Value* weights = reader.Optional("weights")) {
       ObjectReader inner(*weights, "'weights' of 'planning'", diagnostics_);
       planning.weight_translation =

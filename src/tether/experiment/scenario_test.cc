@@ -111,7 +111,7 @@ TEST_F(ScenarioTest, ASmallScenarioLoadsWithDefaults) {
   EXPECT_EQ(scenario.seed, 0u);
   EXPECT_EQ(scenario.scene.robots[0].q.size(), 7u);
   EXPECT_EQ(scenario.execution.rate, 1000);
-  EXPECT_EQ(scenario.planning.solver, "ipopt");
+  EXPECT_EQ(scenario.planning.solver, "native");
   EXPECT_TRUE(scenario.planning.home);
 }
 

@@ -1,6 +1,7 @@
 #include "tether/planning/candidate.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -12,9 +13,17 @@
 namespace tether::planning {
 namespace {
 
-// While turning the hand is more than this share of the cost, other grasps are tried, up to so many.
+// A way is tried at once if at its guess turning the hand is no more than this share of the cost, and nothing is
+// further out of reach than this, m. Else some more are built and compared.
 constexpr double kMuchTurning = 0.3;
-constexpr int kFurtherVariants = 4;
+constexpr double kFarOutOfReach = 0.02;
+constexpr size_t kCompared = 8;
+// What being out of reach at the guess counts against a way, per m.
+constexpr double kReachWeight = 10;
+// A way whose guess promises less than the best one's by this factor is not worth trying.
+constexpr double kWorthTrying = 1.02;
+// So many of the best ways get further starts if none is accepted from its own guess.
+constexpr size_t kRestarted = 4;
 // Constraints named as blocking each other, at most.
 constexpr size_t kMostBlocking = 6;
 
@@ -37,15 +46,14 @@ class CandidateRun {
   }
 
   CandidateReport Run() {
-    int tried = 0;    // ways tried
-    int further = 0;  // of those, after a feasible one
-    while (const auto variant = variants_.Next()) {
-      // The less likely a way is, the fewer starts it gets.
-      const int starts = feasible() ? 1 : std::max(1, problem_.program.starts - tried++ / 2);
-      TryVariant(*variant, starts);
-      if (refuted_actions_ > 0 || limits_.Over()) break;
-      // Another grasp is worth a try while turning the hand is most of the cost.
-      if (feasible() && (turn_share_ < kMuchTurning || further++ >= kFurtherVariants)) break;
+    bool more = true;
+    while (more && !feasible() && !Over()) more = TryNextWays();
+    // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const Way& a, const Way& b) { return a.promise < b.promise; });
+    failed_.resize(std::min(failed_.size(), kRestarted));
+    for (int start = 1; start < problem_.program.starts; ++start) {
+      for (size_t i = 0; i < failed_.size() && !feasible() && !Over(); ++i) Restart(failed_[i], start);
     }
     Conclude();
     return std::move(report_);
@@ -59,35 +67,97 @@ class CandidateRun {
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
  private:
-  bool feasible() const { return least_violation_ == 0.0; }
+  /// A way to make the discrete choices.
+  struct Way {
+    Variant variant;
+    double promise;  // what its guess costs, and how far it is out of reach
+    std::optional<KeyPoseProgram> key_poses;
+  };
 
-  void TryVariant(const Variant& variant, int starts) {
-    for (int start = 0; start < starts && !limits_.Over(); ++start) {
-      ProgramStart how;
-      // What fails with room to spare may do without: the last start asks for less.
-      how.tight = start > 0 && start == starts - 1;
-      how.noise = start == 0 || how.tight ? 0 : 0.5;
-      how.random = random_.Split("start " + std::to_string(start));
-      how.near = kNear;
-      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, variant, how);
-      if (start == 0) variants_.Expand(variant, key_poses.choices);
+  bool feasible() const { return least_violation_ == 0.0; }
+  bool Over() const { return refuted_actions_ > 0 || limits_.Over(); }
+
+  /// Builds the next ways, until one promises well or there are enough to compare, and tries them, the most
+  /// promising first. False if there are no more.
+  bool TryNextWays() {
+    std::vector<Way> ways;
+    bool promising = false;
+    while (!promising && ways.size() < kCompared && !Over()) {
+      const auto variant = variants_.Next();
+      if (!variant) break;
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, *variant, {.near = kNear});
+      variants_.Expand(*variant, key_poses.choices);
       if (!key_poses.refutations.empty()) {
-        refutations_.insert(refutations_.end(), key_poses.refutations.begin(), key_poses.refutations.end());
-        if (key_poses.refuted_action >= 0) {
-          refuted_actions_ = static_cast<size_t>(key_poses.refuted_action) + 1;
-          report_.reason = key_poses.refutations.front();
-        }
-        return;
+        NoteRefutation(key_poses);
+        continue;
       }
       all_refuted_ = false;
-      const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, nullptr, key_poses);
-      LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
-               result.Summary());
-      report_.evaluations += result.evaluations;
-      if (static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
-          Judge(key_poses, result))
-        return;
+      const auto [promise, well] = Promise(key_poses);
+      promising = well;
+      ways.push_back({*variant, promise, std::move(key_poses)});
     }
+    std::stable_sort(ways.begin(), ways.end(),
+                     [](const Way& a, const Way& b) { return a.promise < b.promise; });
+    double accepted = std::numeric_limits<double>::infinity();
+    for (Way& way : ways) {
+      if (Over() || way.promise > kWorthTrying * accepted) break;
+      if (SolveAndJudge(*way.key_poses, 0)) {
+        accepted = std::min(accepted, way.promise);
+      } else {
+        failed_.push_back({way.variant, way.promise, {}});
+      }
+    }
+    return !ways.empty();
+  }
+
+  /// What the guess costs, with a charge for being out of reach; and whether that is good enough not to look
+  /// for other ways.
+  std::pair<double, bool> Promise(const KeyPoseProgram& key_poses) const {
+    double travel = 0, turn = 0, out_of_reach = 0;
+    Eigen::VectorXd r;
+    const auto evaluate = [&](const nlp::Residual& residual) {
+      r.resize(residual.size());
+      residual.Evaluate(key_poses.guess, r, nullptr);
+    };
+    for (const nlp::Term& term : key_poses.program.terms()) {
+      if (term.role != nlp::Role::kCost) continue;
+      evaluate(*term.residual);
+      (term.residual->unit() == nlp::Unit::kRadian ? turn : travel) += r.squaredNorm();
+    }
+    for (const int term : key_poses.reach_terms) {
+      evaluate(*key_poses.program.terms()[static_cast<size_t>(term)].residual);
+      out_of_reach = std::max(out_of_reach, r.maxCoeff());
+    }
+    return {travel + turn + kReachWeight * out_of_reach,
+            turn <= kMuchTurning * (travel + turn) && out_of_reach <= kFarOutOfReach};
+  }
+
+  void NoteRefutation(const KeyPoseProgram& key_poses) {
+    refutations_.insert(refutations_.end(), key_poses.refutations.begin(), key_poses.refutations.end());
+    if (key_poses.refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(key_poses.refuted_action) + 1;
+    report_.reason = key_poses.refutations.front();
+  }
+
+  /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
+  /// asks for less.
+  void Restart(const Way& way, int start) {
+    ProgramStart how;
+    how.tight = start == problem_.program.starts - 1;
+    how.noise = how.tight ? 0 : 0.5;
+    how.random = random_.Split("start " + std::to_string(start));
+    how.near = kNear;
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
+    if (key_poses.refutations.empty()) SolveAndJudge(key_poses, start);
+  }
+
+  bool SolveAndJudge(KeyPoseProgram& key_poses, int start) {
+    const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, nullptr, key_poses);
+    LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
+             result.Summary());
+    report_.evaluations += result.evaluations;
+    return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
+           Judge(key_poses, result);
   }
 
   /// Takes the result over if it is the best so far; true if the checker accepts it.
@@ -99,7 +169,6 @@ class CandidateRun {
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
-      turn_share_ = check.cost > 0 ? check.turn_cost / check.cost : 0;
       report_.plan = MakePlan(problem_, actions_, steps_, result.x.poses);
       report_.plan.cost = check.cost;
       report_.max_violation_m = check.max_violation_m;
@@ -164,9 +233,9 @@ class CandidateRun {
 
   CandidateReport report_;
   std::optional<double> least_violation_;  // 0: feasible
-  double turn_share_ = 0;
   std::vector<std::string> refutations_;
   std::set<int> blocking_steps_;
+  std::vector<Way> failed_;  // without their programs
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
   size_t refuted_actions_ = 0;

@@ -17,9 +17,11 @@ struct Verdict {
   std::shared_ptr<Optimum> optimum;  ///< What a feasible one is, ready to be optimised again; else null.
 };
 
-/// Optimises one candidate over its key poses: its variants in the order of their scores, each from a few
-/// starts until the checker accepts one. While turning the hand is much of the cost, a few more variants are
-/// tried, and the cheapest result counts. If none is accepted, finds out which first actions fail already.
+/// Optimises one candidate over its key poses. Ways to make its discrete choices are tried in the order of
+/// their scores, but where the first ones turn the hand much or are out of reach, several are compared by what
+/// their guesses cost. The first that the checker accepts counts, unless another promises to cost less. If none
+/// is accepted from its guess, the most promising ones get other starts; if that fails too, it is found out
+/// which first actions fail already.
 ///
 /// `index` is the candidate's number and seeds its random starts.
 Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,

@@ -38,11 +38,11 @@ struct ProgramOptions {
   double object_clearance = 0.015;  ///< Between carried objects and everything else, where there is room, m.
   double feasible_m = 1e-3;         ///< What the checker lets pass, m …
   double feasible_rad = 5e-3;       ///< … and rad.
-  nlp::Backend backend = nlp::Backend::kIpopt;
+  nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
-  int max_variants = 12;  ///< Discrete ways (grasps, contacts) tried per candidate.
-  int starts = 3;  ///< Starts per way, the first from the scene, the others displaced at random; the cheapest
-                   ///< result counts.
+  int max_variants = 16;  ///< Discrete ways (grasps, contacts) tried per candidate.
+  int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from there,
+                   ///< displaced at random, the last with less clearance.
 };
 
 /// Limits of the search for candidates.

@@ -126,7 +126,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}};
+  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}, {}};
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions);
 
@@ -168,7 +168,10 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     for (const auto& [a, b] : step.schema.allow) sink.Exempt(t, a, b, -1);
   }
   const int num_steps = static_cast<int>(steps.size());
+  const size_t first_reach = out.program.terms().size();
   AddReach(problem, num_steps, steps, sink);
+  for (size_t i = first_reach; i < out.program.terms().size(); ++i)
+    out.reach_terms.push_back(static_cast<int>(i));
   out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
   AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);
   AddCosts(problem, num_steps, sink);

@@ -24,6 +24,7 @@ struct KeyPoseProgram {
   /// The first action that is impossible after those before it, whatever the variant; −1: none.
   int refuted_action = -1;
   std::optional<Clearances> clearances;  ///< Of the program; none if it was refuted.
+  std::vector<int> reach_terms;          ///< Terms of the program that keep the hand within the arm's reach.
 };
 
 /// Which way to take at each choice, by its key; the best one where a key is missing.
