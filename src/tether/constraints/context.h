@@ -27,8 +27,10 @@ struct FrameAt {
 /// One way to satisfy a discrete part of a constraint: which part to grasp, which face to push.
 struct Option {
   std::string label;
-  double score = 0;  ///< Lower is tried first.
+  double score = 0;  ///< About what it adds to the cost of a plan; lower is tried first.
 };
+/// What turning the hand adds to the cost, for scores, per rad² (Paper A, eq. (4), with its weights).
+inline constexpr double kTurnWeight = 1.5;
 
 /// What a constraint may know when it is built or judged at one step of a skeleton: a view, made by planning.
 class Context {

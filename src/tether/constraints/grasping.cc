@@ -25,10 +25,8 @@ constexpr double kOpeningSlack = 0.005;
 constexpr double kPalmClearance = 0.005;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
-// Scores are about what a grasp adds to the cost of a plan. Turning the hand, per rad² (Paper A, eq. (4)):
-constexpr double kTurnWeight = 1.5;
-// Fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are otherwise as good the
-// narrower one, per m.
+// In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are otherwise as
+// good the narrower one, per m.
 constexpr double kClearanceWeight = 10;
 constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;

@@ -25,6 +25,9 @@ constexpr double kLeastSlack = 5e-4;
 constexpr double kFreeDistance = 0.02;
 constexpr double kRingWidth = 0.03;
 constexpr int kRings = 6;
+// Directions that are less than this apart are one way to put something down, rad; at most so many are offered.
+constexpr double kDistinctYaw = 0.7;
+constexpr size_t kMostYaws = 4;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
@@ -181,6 +184,33 @@ double RoomAround(const Context& context, const std::string& object, const std::
   return room;
 }
 
+/// Turns about the support's normal to try, from R_BA, the smallest first: steps of 15° either way, and those
+/// that lay an edge of the foot along one of the support, where a tight fit needs just that.
+std::vector<double> YawsToTry(const Placement& placement, const std::vector<FaceEdge>& edges,
+                              const Eigen::Matrix3d& R_BA) {
+  const Vector3d& up = placement.support.normal;
+  std::vector<double> yaws{std::numbers::pi};
+  for (int twelfths = -11; twelfths < 12; ++twelfths) yaws.push_back(twelfths * std::numbers::pi / 12);
+  if (edges.size() <= kMostCorners && placement.foot.points.size() <= kMostCorners) {
+    for (const FaceEdge& foot_edge : EdgesOf(placement.foot)) {
+      const Vector3d from = R_BA * foot_edge.normal;
+      for (const FaceEdge& edge : edges)
+        yaws.push_back(std::atan2(up.dot(from.cross(edge.normal)), from.dot(edge.normal)));
+    }
+  }
+  std::stable_sort(yaws.begin(), yaws.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  return yaws;
+}
+
+/// The demand can be met in any direction: the circle about the foot fits.
+bool TurnsFreely(const Demand& demand, const Placement& placement) {
+  if (demand.points_A.size() == 1) return true;
+  const Vector3d centre = CentroidOf(placement.foot);
+  double radius = 0;
+  for (const Vector3d& p_AQ : demand.points_A) radius = std::max(radius, (p_AQ - centre).norm());
+  return radius + demand.margin <= InradiusOf(placement.support);
+}
+
 void GuessSupported(const Context& context, const Parameters& parameters, Pose& X_TC) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
@@ -192,34 +222,45 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   const std::vector<FaceEdge> edges = EdgesOf(placement->support);
   const Vector3d& up = placement->support.normal;
   const Pose start = X_TC;
-  // The nearest yaw, and for it the nearest place on the way to the middle, where the demand holds.
-  const auto place = [&](const Vector3d& from) {
-    for (int turn = 0; turn < 24; ++turn) {
-      const int twelfths = (turn % 2 == 0 ? -1 : 1) * ((turn + 1) / 2);
-      const double yaw = twelfths * std::numbers::pi / 12;
-      Pose X(math::ExpSO3(up * yaw) * start.R, from);
-      Vector3d goal = CentroidOf(placement->support) -
-                      X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
-      goal += up * up.dot(from - goal);
-      for (int i = 0; i <= 40; ++i) {
-        X.p = from + (goal - from) * (i / 40.0);
-        if (!Holds(demand, edges, X)) continue;
-        X_TC = X;
-        // Not at the very edge: on towards the middle, as far as that is sensible.
-        const Vector3d rest = goal - X.p;
-        Demand roomy = demand;
-        roomy.margin += kInwards;
-        if (rest.norm() > 0 && !Holds(roomy, edges, X))
-          X_TC.p += rest * std::min(0.7, kInwards / rest.norm());
-        return true;
-      }
+  // For a yaw, the nearest place on the way to the middle where the demand holds.
+  const auto place = [&](const Vector3d& from, double yaw) {
+    Pose X(math::ExpSO3(up * yaw) * start.R, from);
+    Vector3d goal = CentroidOf(placement->support) -
+                    X.R * (demand.whole_footprint ? CentroidOf(placement->foot) : demand.points_A.front());
+    goal += up * up.dot(from - goal);
+    for (int i = 0; i <= 40; ++i) {
+      X.p = from + (goal - from) * (i / 40.0);
+      if (!Holds(demand, edges, X)) continue;
+      X_TC = X;
+      // Not at the very edge: on towards the middle, as far as that is sensible.
+      const Vector3d rest = goal - X.p;
+      Demand roomy = demand;
+      roomy.margin += kInwards;
+      if (rest.norm() > 0 && !Holds(roomy, edges, X)) X_TC.p += rest * std::min(0.7, kInwards / rest.norm());
+      return true;
     }
     return false;
   };
-  if (!place(start.p)) {
-    X_TC.p += CentroidOf(placement->support) - X_TC * CentroidOf(placement->foot);
+  // Where a tight fit leaves only some directions, which of them is best may depend on what comes later.
+  std::vector<double> yaws;
+  std::vector<Option> options;
+  for (const double yaw : YawsToTry(*placement, edges, start.R)) {
+    const bool near_another = std::any_of(yaws.begin(), yaws.end(), [&](double other) {
+      return std::abs(std::remainder(yaw - other, 2 * std::numbers::pi)) < kDistinctYaw;
+    });
+    if (near_another || !place(start.p, yaw)) continue;
+    yaws.push_back(yaw);
+    options.push_back({"turned by " + std::to_string(std::lround(yaw * 180 / std::numbers::pi)) + " degrees",
+                       kTurnWeight * yaw * yaw});
+    if (yaws.size() == kMostYaws || TurnsFreely(demand, *placement)) break;
+  }
+  if (yaws.empty()) {
+    X_TC.p = start.p + CentroidOf(placement->support) - start * CentroidOf(placement->foot);
     return;
   }
+  const std::string key = "turn(" + object + ")@" + std::to_string(context.step());
+  const double yaw = yaws[static_cast<size_t>(context.Choose(key, options))];
+  place(start.p, yaw);
   // If something stands there, look around in widening rings for where it is clearest.
   const Vector3d x = up.unitOrthogonal(), y = up.cross(x);
   const Pose first = X_TC;
@@ -228,7 +269,7 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   for (int ring = 1; ring <= kRings && best_room < kFreeDistance; ++ring) {
     for (int i = 0; i < 12; ++i) {
       const double angle = i * std::numbers::pi / 6;
-      place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y));
+      place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y), yaw);
       const double room = RoomAround(context, object, by, X_TC);
       if (room > best_room + 1e-9) {
         best = X_TC;

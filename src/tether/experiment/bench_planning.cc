@@ -9,7 +9,7 @@
 #include "tether/experiment/problem.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/program_builder.h"
-#include "tether/planning/variants.h"
+#include "tether/planning/ways.h"
 
 namespace tether::experiment {
 namespace {
@@ -55,16 +55,12 @@ struct CandidateProgram {
 
 std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
                                            const std::vector<std::string>& actions) {
-  const planning::Problem& problem = facts.problem();
-  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(problem, actions);
-  planning::VariantQueue variants(problem.program.max_variants);
+  const std::vector<planning::BoundStep> steps = planning::BindSkeleton(facts.problem(), actions);
   planning::ProgramStart start;
   start.near = planning::kNear;
-  while (const auto variant = variants.Next()) {
-    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, *variant, start);
+  for (const planning::Way& way : planning::FindWays(facts, steps, 16).open) {
+    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, way.variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
-    if (key_poses.refuted_action >= 0) break;
-    variants.Expand(*variant, key_poses.choices);
   }
   return std::nullopt;
 }

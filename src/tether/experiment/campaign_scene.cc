@@ -145,7 +145,8 @@ RestartResult Restart(const planning::SceneFacts& facts, const std::vector<std::
       nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, options);
   if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) return outcome;
   const planning::CheckResult check = planning::CheckKeyPoses(facts, steps, result.x.poses);
-  outcome.feasible = check.Feasible(problem.program);
+  // The same is asked of it as of the planner's own results.
+  outcome.feasible = check.Feasible(problem.program) && planning::KeepsRows(result);
   if (outcome.feasible) outcome.cost = check.cost;
   return outcome;
 }

@@ -8,22 +8,19 @@
 #include <utility>
 
 #include "tether/common/log.h"
-#include "tether/planning/variants.h"
+#include "tether/planning/ways.h"
 
 namespace tether::planning {
 namespace {
 
-// A way is tried at once if at its guess turning the hand is no more than this share of the cost, and nothing is
-// further out of reach than this, m. Else some more are built and compared.
-constexpr double kMuchTurning = 0.3;
-constexpr double kFarOutOfReach = 0.02;
-constexpr size_t kCompared = 8;
-// What being out of reach at the guess counts against a way, per m.
-constexpr double kReachWeight = 10;
+// So many ways are looked at where the first one does not promise well.
+constexpr size_t kLookedAt = 48;
 // A way whose guess promises less than the best one's by this factor is not worth trying.
 constexpr double kWorthTrying = 1.02;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 4;
+// Results that the checker rejects rank behind all others.
+constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
 constexpr size_t kMostBlocking = 6;
 
@@ -38,22 +35,21 @@ class CandidateRun {
         steps_(std::move(steps)),
         index_(index),
         limits_(limits),
-        random_(Random(problem_.search.seed).Split("candidate " + std::to_string(index))),
-        variants_(problem_.program.max_variants) {
+        random_(Random(problem_.search.seed).Split("candidate " + std::to_string(index))) {
     report_.plan.actions = actions_;
     report_.plan.scenario = problem_.title;
     report_.plan.robot = problem_.robot.name;
   }
 
   CandidateReport Run() {
-    bool more = true;
-    while (more && !feasible() && !Over()) more = TryNextWays();
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
+    const Way first = DescribeWay(facts_, {}, key_poses);
+    if (!first.promising || !Try(first, key_poses)) TryWays(first.promising);
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
-    std::stable_sort(failed_.begin(), failed_.end(),
-                     [](const Way& a, const Way& b) { return a.promise < b.promise; });
     failed_.resize(std::min(failed_.size(), kRestarted));
     for (int start = 1; start < problem_.program.starts; ++start) {
-      for (size_t i = 0; i < failed_.size() && !feasible() && !Over(); ++i) Restart(failed_[i], start);
+      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
+        Restart(failed_[i], start);
     }
     Conclude();
     return std::move(report_);
@@ -67,76 +63,48 @@ class CandidateRun {
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
  private:
-  /// A way to make the discrete choices.
-  struct Way {
-    Variant variant;
-    double promise;  // what its guess costs, and how far it is out of reach
-    std::optional<KeyPoseProgram> key_poses;
-  };
-
+  /// There is a result that the checker accepts and that keeps every row.
   bool feasible() const { return least_violation_ == 0.0; }
-  bool Over() const { return refuted_actions_ > 0 || limits_.Over(); }
 
-  /// Builds the next ways, until one promises well or there are enough to compare, and tries them, the most
-  /// promising first. False if there are no more.
-  bool TryNextWays() {
-    std::vector<Way> ways;
-    bool promising = false;
-    while (!promising && ways.size() < kCompared && !Over()) {
-      const auto variant = variants_.Next();
-      if (!variant) break;
-      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, *variant, {.near = kNear});
-      variants_.Expand(*variant, key_poses.choices);
-      if (!key_poses.refutations.empty()) {
-        NoteRefutation(key_poses);
-        continue;
-      }
-      all_refuted_ = false;
-      const auto [promise, well] = Promise(key_poses);
-      promising = well;
-      ways.push_back({*variant, promise, std::move(key_poses)});
+  bool Try(const Way& way, KeyPoseProgram& key_poses) {
+    // Rows may refute what the guess did not.
+    if (!key_poses.refutations.empty()) {
+      NoteRefutation(key_poses.refutations, key_poses.refuted_action);
+      return false;
     }
-    std::stable_sort(ways.begin(), ways.end(),
-                     [](const Way& a, const Way& b) { return a.promise < b.promise; });
+    all_refuted_ = false;
+    if (SolveAndJudge(key_poses, 0)) return true;
+    failed_.push_back(way);
+    return false;
+  }
+
+  /// Tries ways in the order of what they promise, except the first one if that was `tried`.
+  void TryWays(bool tried) {
+    const Ways ways = FindWays(facts_, steps_, kLookedAt);
+    exhausted_ = ways.exhausted;
+    for (const Way& way : ways.refuted) {
+      NoteRefutation(way.refutations, way.refuted_action);
+      if (refuted_actions_ > 0) return;
+    }
     double accepted = std::numeric_limits<double>::infinity();
-    for (Way& way : ways) {
-      if (Over() || way.promise > kWorthTrying * accepted) break;
-      if (SolveAndJudge(*way.key_poses, 0)) {
-        accepted = std::min(accepted, way.promise);
-      } else {
-        failed_.push_back({way.variant, way.promise, {}});
+    int count = 0;
+    for (const Way& way : ways.open) {
+      if (limits_.Over() || way.promise > kWorthTrying * accepted) break;
+      if (tried && way.variant.empty()) continue;
+      if (++count > problem_.program.max_variants) {
+        exhausted_ = false;
+        break;
       }
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
+      if (Try(way, key_poses)) accepted = std::min(accepted, way.promise);
     }
-    return !ways.empty();
   }
 
-  /// What the guess costs, with a charge for being out of reach; and whether that is good enough not to look
-  /// for other ways.
-  std::pair<double, bool> Promise(const KeyPoseProgram& key_poses) const {
-    double travel = 0, turn = 0, out_of_reach = 0;
-    Eigen::VectorXd r;
-    const auto evaluate = [&](const nlp::Residual& residual) {
-      r.resize(residual.size());
-      residual.Evaluate(key_poses.guess, r, nullptr);
-    };
-    for (const nlp::Term& term : key_poses.program.terms()) {
-      if (term.role != nlp::Role::kCost) continue;
-      evaluate(*term.residual);
-      (term.residual->unit() == nlp::Unit::kRadian ? turn : travel) += r.squaredNorm();
-    }
-    for (const int term : key_poses.reach_terms) {
-      evaluate(*key_poses.program.terms()[static_cast<size_t>(term)].residual);
-      out_of_reach = std::max(out_of_reach, r.maxCoeff());
-    }
-    return {travel + turn + kReachWeight * out_of_reach,
-            turn <= kMuchTurning * (travel + turn) && out_of_reach <= kFarOutOfReach};
-  }
-
-  void NoteRefutation(const KeyPoseProgram& key_poses) {
-    refutations_.insert(refutations_.end(), key_poses.refutations.begin(), key_poses.refutations.end());
-    if (key_poses.refuted_action < 0) return;
-    refuted_actions_ = static_cast<size_t>(key_poses.refuted_action) + 1;
-    report_.reason = key_poses.refutations.front();
+  void NoteRefutation(const std::vector<std::string>& refutations, int refuted_action) {
+    refutations_.insert(refutations_.end(), refutations.begin(), refutations.end());
+    if (refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(refuted_action) + 1;
+    report_.reason = refutations.front();
   }
 
   /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
@@ -160,12 +128,15 @@ class CandidateRun {
            Judge(key_poses, result);
   }
 
-  /// Takes the result over if it is the best so far; true if the checker accepts it.
+  /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
   bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
     const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses);
-    // What is within the tolerance counts as none: then the cost decides.
     const bool accepted = check.Feasible(problem_.program);
-    const double violation = accepted ? 0 : check.max_violation_m + check.max_violation_rad;
+    // What the program asks beyond the checker (room to spare) is given up only if it can't be had.
+    const bool kept = KeepsRows(result);
+    const double violation = !accepted ? kRejected + check.max_violation_m + check.max_violation_rad
+                             : !kept   ? result.max_violation_m + result.max_violation_rad
+                                       : 0;
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
@@ -177,6 +148,7 @@ class CandidateRun {
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();
+      optimum_.reset();
       if (accepted) {
         key_poses.guess = result.x;
         optimum_ = std::make_shared<Optimum>(
@@ -185,7 +157,7 @@ class CandidateRun {
         NameBlocking(key_poses.program, result, check);
       }
     }
-    return accepted;
+    return accepted && kept;
   }
 
   /// What can't hold together: by the solver, and by the checker.
@@ -208,13 +180,13 @@ class CandidateRun {
   }
 
   void Conclude() {
-    if (feasible()) {
+    if (optimum_ != nullptr) {
       report_.status = CandidateStatus::kFeasible;
       report_.reason.clear();
       return;
     }
     const bool refuted =
-        refuted_actions_ > 0 || (all_refuted_ && !refutations_.empty() && variants_.exhausted());
+        refuted_actions_ > 0 || (all_refuted_ && !refutations_.empty() && exhausted_);
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";
@@ -229,15 +201,15 @@ class CandidateRun {
   int index_;
   const Limits& limits_;
   Random random_;
-  VariantQueue variants_;
 
   CandidateReport report_;
   std::optional<double> least_violation_;  // 0: feasible
   std::vector<std::string> refutations_;
   std::set<int> blocking_steps_;
-  std::vector<Way> failed_;  // without their programs
+  std::vector<Way> failed_;  // the most promising first
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
+  bool exhausted_ = false;  // All ways were looked at.
   size_t refuted_actions_ = 0;
 };
 

@@ -49,6 +49,10 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   }
 }
 
+bool KeepsRows(const nlp::Result& result) {
+  return result.max_violation_m <= 1e-4 && result.max_violation_rad <= 5e-4;
+}
+
 CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum) {
   const Problem& problem = facts.problem();
   const double begin = limits.Elapsed();

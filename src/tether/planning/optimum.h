@@ -28,6 +28,9 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
                           const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
 
+/// The result keeps every row of its program, up to a tenth of what the checker lets pass.
+bool KeepsRows(const nlp::Result& result);
+
 /// Optimises again where things are now: the scene of `facts` has the same frames on the same parents as the
 /// one that `optimum` is of. Begins at the old poses, which hold relative to the objects that they are tied
 /// to, and keeps the discrete choices. The checker judges the result; if it accepts it, it is the new optimum.

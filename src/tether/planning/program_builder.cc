@@ -19,8 +19,9 @@ constexpr double kClearanceTolerance = 1e-5;
 /// Turns the rows of constraints into residuals of the program.
 class ProgramSink final : public constraints::RowSink {
  public:
-  ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions)
-      : target_(target), exemptions_(exemptions) {}
+  /// Without `rows`, only refutations are taken.
+  ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions, bool rows = true)
+      : target_(target), exemptions_(exemptions), rows_(rows) {}
 
   void BeginStep(int step, const std::string& action, int action_index = -1) {
     step_ = step;
@@ -30,6 +31,7 @@ class ProgramSink final : public constraints::RowSink {
 
   void Add(Role role, const std::string& label, constraints::PoseFunctionPtr function,
            std::vector<FrameAt> frames) override {
+    if (!rows_) return;
     std::vector<Chain> chains;
     for (const FrameAt& frame : frames) chains.push_back(target_.tree.ChainTo(frame.frame, frame.step));
     auto residual = MakeChainResidual(action_ + ": " + label, step_, std::move(function), std::move(chains));
@@ -68,6 +70,7 @@ class ProgramSink final : public constraints::RowSink {
 
   KeyPoseProgram& target_;
   std::vector<Exemption>& exemptions_;
+  bool rows_;
   int step_ = 0;
   std::string action_;
   int action_index_ = -1;
@@ -126,9 +129,9 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}, {}};
+  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}};
   std::vector<Exemption> exemptions;
-  ProgramSink sink(out, exemptions);
+  ProgramSink sink(out, exemptions, !start.guess_only);
 
   const auto choose = [&](const std::string& key, const std::vector<constraints::Option>& options) {
     for (const ChoicePoint& choice : out.choices) {
@@ -168,10 +171,8 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     for (const auto& [a, b] : step.schema.allow) sink.Exempt(t, a, b, -1);
   }
   const int num_steps = static_cast<int>(steps.size());
-  const size_t first_reach = out.program.terms().size();
+  if (start.guess_only) return out;
   AddReach(problem, num_steps, steps, sink);
-  for (size_t i = first_reach; i < out.program.terms().size(); ++i)
-    out.reach_terms.push_back(static_cast<int>(i));
   out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
   AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);
   AddCosts(problem, num_steps, sink);

@@ -23,8 +23,7 @@ struct KeyPoseProgram {
   std::vector<std::string> refutations;  ///< Why no pose can do; empty unless proved impossible.
   /// The first action that is impossible after those before it, whatever the variant; −1: none.
   int refuted_action = -1;
-  std::optional<Clearances> clearances;  ///< Of the program; none if it was refuted.
-  std::vector<int> reach_terms;          ///< Terms of the program that keep the hand within the arm's reach.
+  std::optional<Clearances> clearances;  ///< Of the program; none if it has no rows.
 };
 
 /// Which way to take at each choice, by its key; the best one where a key is missing.
@@ -40,6 +39,7 @@ struct ProgramStart {
   Random random{0};    ///< What the displacement is drawn from.
   /// Pairs of parts that are further apart than their clearance by this much at the guess get no row, m.
   double near = std::numeric_limits<double>::infinity();
+  bool guess_only = false;  ///< The guess, the choices and the refutations, but no rows.
 };
 
 /// Builds paper A's program (3)–(5) for a bound skeleton: variables are the poses of each step's control

@@ -8,7 +8,7 @@
 #include "tether/planning/action_reader.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/test_scene.h"
-#include "tether/planning/variants.h"
+#include "tether/planning/ways.h"
 
 namespace tether::planning {
 
@@ -108,27 +108,25 @@ TEST(SkeletonBindingTest, MistakesAreNamed) {
               ::testing::ThrowsMessage<InputError>(HasSubstr("did you mean 'box'?")));
 }
 
-TEST(VariantQueueTest, YieldsEachCombinationOnceInOrderOfScore) {
-  const std::vector<ChoicePoint> base{{"a", {{"", 0}, {"", 1}, {"", 5}}, 0}, {"b", {{"", 0}, {"", 2}}, 0}};
-  VariantQueue queue(100);
-  std::set<Variant> seen;
-  double last = -1;
-  int count = 0;
-  while (const auto variant = queue.Next()) {
-    std::vector<ChoicePoint> choices = base;
-    double score = 0;
-    for (ChoicePoint& choice : choices) {
-      if (const auto it = variant->find(choice.key); it != variant->end()) choice.chosen = it->second;
-      score += choice.options[static_cast<size_t>(choice.chosen)].score;
-    }
-    EXPECT_GE(score, last);
-    last = score;
-    EXPECT_TRUE(seen.insert(*variant).second);
-    queue.Expand(*variant, choices);
-    ++count;
+TEST(FindWaysTest, MeetsEveryWayOnceAndPutsTheMostPromisingFirst) {
+  const Problem problem = ReachProblem();
+  const SceneFacts facts(problem);
+  const auto steps = BindSkeleton(problem, {"pick(hook)", "place(hook,table)", "pick(box)", "place(box,shelf)"});
+  const Ways ways = FindWays(facts, steps, 1000);
+  EXPECT_TRUE(ways.exhausted);
+  // Two parts of the hook to grasp, two directions of the box.
+  EXPECT_EQ(ways.open.size() + ways.refuted.size(), 4u);
+  std::set<Variant> variants;
+  double before = 0;
+  for (const Way& way : ways.open) {
+    EXPECT_TRUE(variants.insert(way.variant).second);
+    EXPECT_LE(before, way.promise);
+    before = way.promise;
+    // What is said of a way is what its program's guess says.
+    const KeyPoseProgram key_poses = BuildProgram(facts, steps, way.variant);
+    EXPECT_EQ(DescribeWay(facts, way.variant, key_poses).promise, way.promise);
   }
-  EXPECT_EQ(count, 6);
-  EXPECT_TRUE(queue.exhausted());
+  EXPECT_FALSE(FindWays(facts, steps, 2).exhausted);
 }
 
 TEST(CheckerTest, RejectsAPlanOfOtherActions) {
