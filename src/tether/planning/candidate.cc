@@ -18,8 +18,12 @@ constexpr size_t kLookedAt = 48;
 // A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
 // optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
+// What converges does so within some ten iterations. Ways get so many at first, and fewer where there is a plan
+// already.
+constexpr int kFirstIterations = 30;
+constexpr int kFurtherIterations = 15;
 // So many of the best ways get further starts if none is accepted from its own guess.
-constexpr size_t kRestarted = 4;
+constexpr size_t kRestarted = 2;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -74,7 +78,11 @@ class CandidateRun {
       return false;
     }
     all_refuted_ = false;
-    if (SolveAndJudge(key_poses, 0)) return true;
+    const int iterations = feasible() ? kFurtherIterations : kFirstIterations;
+    const bool had_one = optimum_ != nullptr;
+    if (SolveAndJudge(key_poses, 0, iterations)) return true;
+    // Feasible but for room to spare: with less of that.
+    if (!had_one && optimum_ != nullptr && Restart(way, problem_.program.starts - 1)) return true;
     failed_.push_back(way);
     return false;
   }
@@ -109,18 +117,19 @@ class CandidateRun {
 
   /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
   /// asks for less.
-  void Restart(const Way& way, int start) {
+  bool Restart(const Way& way, int start) {
     ProgramStart how;
     how.tight = start == problem_.program.starts - 1;
     how.noise = how.tight ? 0 : 0.5;
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
-    if (key_poses.refutations.empty()) SolveAndJudge(key_poses, start);
+    return key_poses.refutations.empty() &&
+           SolveAndJudge(key_poses, start, problem_.program.solver.max_iterations);
   }
 
-  bool SolveAndJudge(KeyPoseProgram& key_poses, int start) {
-    const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, nullptr, key_poses);
+  bool SolveAndJudge(KeyPoseProgram& key_poses, int start, int max_iterations) {
+    const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, max_iterations, nullptr, key_poses);
     LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
              result.Summary());
     report_.evaluations += result.evaluations;

@@ -58,7 +58,7 @@ std::shared_ptr<const symbolic::Task> CarryTask() {
 TEST(CostBoundTest, NoPlanCostsLess) {
   Random random(5);
   for (int trial = 0; trial < 20; ++trial) {
-    Problem problem = CarryProblem(random.Uniform(0.1, 0.2), random.Uniform(0.3, 0.4), random.Uniform(0.5, 0.7));
+    Problem problem = CarryProblem(random.Uniform(0.2, 0.25), random.Uniform(0.35, 0.45), random.Uniform(0.55, 0.7));
     problem.program.home = trial % 2 == 0;
     const SceneFacts facts(problem);
     for (const CandidateReport& candidate : PlanTask(problem, *CarryTask()).candidates) {

@@ -25,12 +25,17 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
   return plan;
 }
 
+bool KeepsRows(const nlp::Result& result) {
+  return result.max_violation_m <= 1e-4 && result.max_violation_rad <= 5e-4;
+}
+
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
-                          const nlp::WarmStart* warm, KeyPoseProgram& key_poses) {
+                          int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses) {
   const Problem& problem = facts.problem();
   const auto solver = nlp::MakeSolver(problem.program.backend);
   nlp::Options options = problem.program.solver;
   options.stop = problem.search.stop;
+  options.max_iterations = std::min(options.max_iterations, max_iterations);
   nlp::WarmStart from;
   int iterations = 0, evaluations = 0;
   double seconds = 0;
@@ -41,16 +46,13 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     result.evaluations = evaluations += result.evaluations;
     result.solve_s = seconds += result.solve_s;
     const double near = round < kClearanceRounds ? kNear : std::numeric_limits<double>::infinity();
+    // More rows don't help what fails with few.
     if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses() || limits.Over() ||
-        !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
+        !KeepsRows(result) || !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
       return result;
     from = std::move(result.warm_start);
     warm = &from;
   }
-}
-
-bool KeepsRows(const nlp::Result& result) {
-  return result.max_violation_m <= 1e-4 && result.max_violation_rad <= 5e-4;
 }
 
 CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum) {
@@ -60,7 +62,8 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
   key_poses.tree.MoveTo(problem.scene, problem.robot.X_WHand);
   const std::vector<math::Pose> before = key_poses.guess.poses;
   key_poses.guess.parameters = key_poses.tree.parameters();
-  nlp::Result result = SolveKeyPoses(facts, optimum.steps, limits, &optimum.warm_start, key_poses);
+  nlp::Result result = SolveKeyPoses(facts, optimum.steps, limits, problem.program.solver.max_iterations,
+                                     &optimum.warm_start, key_poses);
   CandidateReport report;
   report.evaluations = result.evaluations;
   report.trace = std::move(result.trace);

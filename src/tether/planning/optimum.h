@@ -24,9 +24,10 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
               const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses);
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
-/// may be null. The result counts the evaluations, iterations and seconds of all rounds.
+/// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes at
+/// most `max_iterations`, or what the problem's options say if that is less.
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
-                          const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
+                          int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
 
 /// The result keeps every row of its program, up to a tenth of what the checker lets pass.
 bool KeepsRows(const nlp::Result& result);

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tether/planning/program_builder.h"
+
+namespace tether::planning {
+
+/// A way to make a skeleton's discrete choices, and what its guess says of it.
+struct Way {
+  Variant variant;
+  /// What the guess costs (paper A, eq. (4)), and a charge for how far it is out of the arm's reach.
+  double promise = 0;
+  bool promising = true;  ///< Little turning, nothing far out of reach: likely to be the best way.
+  std::vector<std::string> refutations;  ///< Why no pose can do in this way; else empty.
+  int refuted_action = -1;               ///< As in KeyPoseProgram.
+};
+
+/// What the guess of a program says of the way that it was built in.
+Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses);
+
+/// The ways that were looked at.
+struct Ways {
+  std::vector<Way> open;     ///< Not refuted, the most promising first.
+  std::vector<Way> refuted;  ///< In the order in which they were met.
+  bool exhausted = false;    ///< There are no others.
+};
+
+/// Searches among the ways, best first: from one way to those that differ from it in one choice, later
+/// choices being made anew from there. Looks at about `most` ways. Ends at once if a way is refuted whatever
+/// the choices (refuted_action).
+Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most);
+
+}  // namespace tether::planning
