@@ -63,7 +63,8 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
   command->add_option("scenario", arguments.scenario, "Scenario file")->required()->type_name("SCENARIO");
   AddPlanningOptions(*command, arguments.overrides);
   command
-      ->add_option("--max-plans", arguments.overrides.max_plans, "Stop after so many feasible plans; 0: all")
+      ->add_option("--max-plans", arguments.overrides.max_plans,
+                   "Only the best so many: what can't be among them is pruned; 0: all")
       ->type_name("K");
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");

@@ -25,8 +25,8 @@ constexpr double kOpeningSlack = 0.005;
 constexpr double kPalmClearance = 0.005;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
-// In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are otherwise as
-// good the narrower one, per m.
+// In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are
+// otherwise as good the narrower one, per m.
 constexpr double kClearanceWeight = 10;
 constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;
@@ -229,9 +229,8 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
 
 std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object) {
   const std::string key = "grasp(" + object + ")@" + std::to_string(context.step());
-  const auto grasps = context.program_memo().Get<std::vector<Grasp>>(key, [&] {
-    return FindGrasps(context, object);
-  });
+  const auto grasps =
+      context.program_memo().Get<std::vector<Grasp>>(key, [&] { return FindGrasps(context, object); });
   if (grasps->empty()) return std::nullopt;
   std::vector<Option> options;
   for (const Grasp& grasp : *grasps) options.push_back({grasp.label, grasp.score});

@@ -22,8 +22,7 @@ class Memo {
     }
     auto value = std::make_shared<const T>(make());
     const std::lock_guard lock(mutex_);
-    return std::any_cast<std::shared_ptr<const T>>(
-        values_.try_emplace(key, std::move(value)).first->second);
+    return std::any_cast<std::shared_ptr<const T>>(values_.try_emplace(key, std::move(value)).first->second);
   }
 
  private:

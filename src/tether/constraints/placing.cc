@@ -25,7 +25,8 @@ constexpr double kLeastSlack = 5e-4;
 constexpr double kFreeDistance = 0.02;
 constexpr double kRingWidth = 0.03;
 constexpr int kRings = 6;
-// Directions that are less than this apart are one way to put something down, rad; at most so many are offered.
+// Directions that are less than this apart are one way to put something down, rad; at most so many are
+// offered.
 constexpr double kDistinctYaw = 0.7;
 constexpr size_t kMostYaws = 4;
 // A guess goes this far from the edge towards the middle, m.

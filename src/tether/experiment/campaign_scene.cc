@@ -299,8 +299,7 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
     result =
         nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, solver_options);
     if (result.status == nlp::Status::kInterrupted) return std::nullopt;
-    feasible = planning::CheckKeyPoses(facts, bound, result.x.poses)
-                   .Feasible(prepared.problem.program);
+    feasible = planning::CheckKeyPoses(facts, bound, result.x.poses).Feasible(prepared.problem.program);
     return clock.seconds();
   });
   if (!solve_cpu_s) return std::nullopt;

@@ -237,9 +237,8 @@ std::string WarmText(const Value& row) {
   return Text(row, "compared") + " of " + Text(row, "scenes") +
          " scenes solved both ways; time warm over cold: median " +
          Fixed(Number(row, "warm_over_cold_median"), 2) + ", p99 " +
-         Fixed(Number(row, "warm_over_cold_p99"), 2) +
-         "\n  same cost within 1 %: " + Text(row, "same_cost") + " (" +
-         Percent(Number(row, "same_cost_share")) +
+         Fixed(Number(row, "warm_over_cold_p99"), 2) + "\n  same cost within 1 %: " + Text(row, "same_cost") +
+         " (" + Percent(Number(row, "same_cost_share")) +
          "); feasible only cold: " + Text(row, "only_cold_feasible") +
          ", only warm: " + Text(row, "only_warm_feasible") + ", neither: " + Text(row, "neither_feasible") +
          "\n";

@@ -60,7 +60,8 @@ class PlanCheckTest : public ::testing::Test {
     const planning::PlanReport report = planning::PlanTask(problem, *MakeTask(scenario_));
     ASSERT_NE(report.best(), nullptr) << report.message;
     plan_ = report.best()->plan;
-    file_ = ::testing::TempDir() + "tether_check_plan.json";
+    file_ = ::testing::TempDir() + "tether_check_plan_" +
+            ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".json";
   }
   void TearDown() override { std::filesystem::remove(file_); }
 

@@ -71,12 +71,6 @@ Loaded Load(const std::string& path) {
   return loaded;
 }
 
-bool EnoughFound(const planning::PlanReport& report, int max_plans) {
-  const auto feasible = std::count_if(report.candidates.begin(), report.candidates.end(),
-                                      [](const auto& candidate) { return candidate.feasible(); });
-  return max_plans > 0 && feasible >= max_plans;
-}
-
 planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
                                     const Terminal& terminal) {
   terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
@@ -90,11 +84,8 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
       });
   report.parse_s = loaded.parse_s;
   report.total_s += loaded.parse_s;
-  if (report.ok() && !report.complete && report.message.empty()) {
-    report.message = EnoughFound(report, problem.search.max_plans)
-                         ? "planning ended after as many as were asked for (max_plans)"
-                         : "the time limit was reached";
-  }
+  if (report.ok() && !report.complete && report.message.empty())
+    report.message = "the time limit was reached";
   terminal.Print("\n" + PlanTable(report, terminal));
   return report;
 }

@@ -70,7 +70,9 @@ Value WritePlanReport(const planning::PlanReport& report, const std::string& sce
     plan.Set("optimize_s", candidate.optimize_s)
         .Set("evaluations", candidate.evaluations)
         .Set("found", i + 1);
-    plan.Set("bound", candidate.bound).Set("reason", candidate.reason).Set("blocking", Names(candidate.blocking));
+    plan.Set("bound", candidate.bound)
+        .Set("reason", candidate.reason)
+        .Set("blocking", Names(candidate.blocking));
     plan.Set("steps", steps);
     plans.Append(plan);
   }

@@ -35,7 +35,7 @@ struct GlobalConstraint {
 };
 
 struct PlanningSettings {
-  std::string solver = "native";     ///< native, ipopt or nlopt.
+  std::string solver = "native";    ///< native, ipopt or nlopt.
   double weight_translation = 0.5;  ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
   double weight_rotation = 1.5;     ///< β, on θ² in rad².
   bool home = true;                 ///< First and last key pose are the hand's start.

@@ -228,8 +228,10 @@ events:
   EXPECT_THAT(errors, HasSubstr("shape of object 'd' is an empty list"));
   EXPECT_THAT(errors, HasSubstr("box of object 'e' is a list of 2 (a list of 3 finite numbers is accepted)"));
   EXPECT_THAT(errors, HasSubstr("'disc' of region 'r' is '.inf'"));
-  EXPECT_THAT(errors,
-              HasSubstr("region 's' has no form (one of disc, rectangle, box, sphere, capsule, cylinder, hull or mesh)"));
+  EXPECT_THAT(
+      errors,
+      HasSubstr(
+          "region 's' has no form (one of disc, rectangle, box, sphere, capsule, cylinder, hull or mesh)"));
   EXPECT_THAT(errors, HasSubstr("'translation' of 'weights' of 'planning' is negative"));
   EXPECT_THAT(errors, HasSubstr("'rate' of 'execution' (Hz) is '0'"));
   EXPECT_THAT(errors, HasSubstr("'position' of 'perturb' is negative"));

@@ -17,7 +17,7 @@ struct Point {
   std::vector<Eigen::VectorXd> vectors;  ///< By the index that AddVector returned.
   /// Poses that are given: residuals may read them, and no solver moves them. They make one program serve for
   /// many problems that differ only in where things stand.
-  std::vector<math::Pose> parameters;
+  std::vector<math::Pose> parameters = {};
 };
 
 /// A reference to a block of variables: a pose of SE(3), tangent dimension 6, or a vector.

@@ -18,8 +18,8 @@ constexpr size_t kLookedAt = 48;
 // A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
 // optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
-// What converges does so within some ten iterations. Ways get so many at first, and fewer where there is a plan
-// already.
+// What converges does so within some ten iterations. Ways get so many at first, and fewer where there is a
+// plan already.
 constexpr int kFirstIterations = 30;
 constexpr int kFurtherIterations = 15;
 // So many of the best ways get further starts if none is accepted from its own guess.
@@ -160,8 +160,8 @@ class CandidateRun {
       optimum_.reset();
       if (accepted) {
         key_poses.guess = result.x;
-        optimum_ = std::make_shared<Optimum>(
-            Optimum{actions_, steps_, std::move(key_poses), result.warm_start});
+        optimum_ =
+            std::make_shared<Optimum>(Optimum{actions_, steps_, std::move(key_poses), result.warm_start});
       } else {
         NameBlocking(key_poses.program, result, check);
       }
@@ -194,8 +194,7 @@ class CandidateRun {
       report_.reason.clear();
       return;
     }
-    const bool refuted =
-        refuted_actions_ > 0 || (all_refuted_ && !refutations_.empty() && exhausted_);
+    const bool refuted = refuted_actions_ > 0 || (all_refuted_ && !refutations_.empty() && exhausted_);
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";

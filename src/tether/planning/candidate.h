@@ -18,10 +18,10 @@ struct Verdict {
 };
 
 /// Optimises one candidate over its key poses. Ways to make its discrete choices are tried in the order of
-/// their scores, but where the first ones turn the hand much or are out of reach, several are compared by what
-/// their guesses cost. The first that the checker accepts counts, unless another promises to cost less. If none
-/// is accepted from its guess, the most promising ones get other starts; if that fails too, it is found out
-/// which first actions fail already.
+/// their scores, but where the first ones turn the hand much or are out of reach, several are compared by
+/// what their guesses cost. The first that the checker accepts counts, unless another promises to cost less.
+/// If none is accepted from its guess, the most promising ones get other starts; if that fails too, it is
+/// found out which first actions fail already.
 ///
 /// `index` is the candidate's number and seeds its random starts.
 Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,

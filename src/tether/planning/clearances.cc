@@ -33,8 +33,7 @@ std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& t
 Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
                        const std::vector<Exemption>& exemptions, bool tight) {
   const std::vector<std::string>& names = facts.solids();
-  for (const std::string& name : names)
-    solids_.push_back({facts.ShapeOf(name), tree.IndexOf(name), {}});
+  for (const std::string& name : names) solids_.push_back({facts.ShapeOf(name), tree.IndexOf(name), {}});
   const ProgramOptions& options = facts.problem().program;
   std::vector<char> moves(names.size());
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
@@ -80,8 +79,8 @@ std::vector<ClearancePair> Clearances::TakeNear(const FrameTree& tree, const std
                                                 double radius) {
   std::vector<ClearancePair> near;
   ForEachOpen(tree, poses, [&](ClearancePair& pair, const Solid& a, const Solid& b) {
-    const double distance = a.boxes[static_cast<size_t>(pair.part_a)].DistanceTo(
-        b.boxes[static_cast<size_t>(pair.part_b)]);
+    const double distance =
+        a.boxes[static_cast<size_t>(pair.part_a)].DistanceTo(b.boxes[static_cast<size_t>(pair.part_b)]);
     if (distance > pair.clearance + radius) return;
     pair.taken = true;
     near.push_back(pair);

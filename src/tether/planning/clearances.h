@@ -38,8 +38,8 @@ class Clearances {
   Clearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
              const std::vector<Exemption>& exemptions, bool tight);
 
-  /// Takes the pairs that come within `radius` of their clearance at these poses, by their bounding boxes, and
-  /// were not taken before. `poses` are the steps' variables.
+  /// Takes the pairs that come within `radius` of their clearance at these poses, by their bounding boxes,
+  /// and were not taken before. `poses` are the steps' variables.
   std::vector<ClearancePair> TakeNear(const FrameTree& tree, const std::vector<math::Pose>& poses,
                                       double radius);
   /// Some pair that was not taken is nearer than its clearance, by more than `tolerance`.

@@ -58,7 +58,8 @@ std::shared_ptr<const symbolic::Task> CarryTask() {
 TEST(CostBoundTest, NoPlanCostsLess) {
   Random random(5);
   for (int trial = 0; trial < 20; ++trial) {
-    Problem problem = CarryProblem(random.Uniform(0.2, 0.25), random.Uniform(0.35, 0.45), random.Uniform(0.55, 0.7));
+    Problem problem =
+        CarryProblem(random.Uniform(0.2, 0.25), random.Uniform(0.35, 0.45), random.Uniform(0.55, 0.7));
     problem.program.home = trial % 2 == 0;
     const SceneFacts facts(problem);
     for (const CandidateReport& candidate : PlanTask(problem, *CarryTask()).candidates) {
@@ -118,7 +119,9 @@ TEST(PlannerTest, GivingUpOnFirstActionsSkipsTheirContinuations) {
   problem.search.max_actions = 4;
   const PlanReport report = PlanTask(problem, *CarryTask());
   EXPECT_EQ(report.status, PlanStatus::kGaveUp);
-  const auto begins_with_it = [](const CandidateReport& c) { return c.plan.actions.front() == "pick(block)"; };
+  const auto begins_with_it = [](const CandidateReport& c) {
+    return c.plan.actions.front() == "pick(block)";
+  };
   EXPECT_EQ(std::count_if(report.candidates.begin(), report.candidates.end(), begins_with_it), 1);
 }
 

@@ -24,8 +24,8 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
               const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses);
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
-/// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes at
-/// most `max_iterations`, or what the problem's options say if that is less.
+/// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes
+/// at most `max_iterations`, or what the problem's options say if that is less.
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
                           int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
 
@@ -34,8 +34,8 @@ bool KeepsRows(const nlp::Result& result);
 
 /// Optimises again where things are now: the scene of `facts` has the same frames on the same parents as the
 /// one that `optimum` is of. Begins at the old poses, which hold relative to the objects that they are tied
-/// to, and keeps the discrete choices. The checker judges the result; if it accepts it, it is the new optimum.
-/// If not (kGaveUp), the old choices may be what is wrong: plan anew.
+/// to, and keeps the discrete choices. The checker judges the result; if it accepts it, it is the new
+/// optimum. If not (kGaveUp), the old choices may be what is wrong: plan anew.
 CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum);
 
 }  // namespace tether::planning

@@ -41,14 +41,14 @@ struct ProgramOptions {
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
   int max_variants = 16;  ///< Discrete ways (grasps, contacts) tried per candidate.
-  int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from there,
-                   ///< displaced at random, the last with less clearance.
+  int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
+                   ///< there, displaced at random, the last with less clearance.
 };
 
 /// Limits of the search for candidates.
 struct SearchOptions {
   int max_actions = 0;      ///< 0: no limit.
-  int max_plans = 0;        ///< Stop after so many feasible plans; 0: optimise every candidate.
+  int max_plans = 0;        ///< Only the best so many are wanted; 0: optimise every candidate.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   int threads = 1;
   uint64_t seed = 1;

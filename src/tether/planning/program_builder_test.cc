@@ -111,7 +111,8 @@ TEST(SkeletonBindingTest, MistakesAreNamed) {
 TEST(FindWaysTest, MeetsEveryWayOnceAndPutsTheMostPromisingFirst) {
   const Problem problem = ReachProblem();
   const SceneFacts facts(problem);
-  const auto steps = BindSkeleton(problem, {"pick(hook)", "place(hook,table)", "pick(box)", "place(box,shelf)"});
+  const auto steps =
+      BindSkeleton(problem, {"pick(hook)", "place(hook,table)", "pick(box)", "place(box,shelf)"});
   const Ways ways = FindWays(facts, steps, 1000);
   EXPECT_TRUE(ways.exhausted);
   // Two parts of the hook to grasp, two directions of the box.
