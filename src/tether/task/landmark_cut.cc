@@ -20,6 +20,8 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
   for (size_t i = 0; i < operators; ++i) {
     const Relaxation::Operator& op = relaxation.operators()[i];
     action_.push_back(op.action);
+    fresh_.push_back({relaxation.costs()[static_cast<size_t>(op.action)], 0, -1,
+                      static_cast<int>(op.preconditions.size())});
     lay_out(op.preconditions, precondition_list_, preconditions_);
     lay_out(op.adds, add_list_, adds_);
     for (int fact : op.preconditions) users[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
@@ -31,13 +33,10 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
   for (const auto& list : of_action) lay_out(list, of_action_list_, of_action_);
   fact_cost_.resize(facts);
   zone_.resize(facts);
-  missing_.resize(operators);
-  supporter_.resize(operators);
-  supporter_cost_.resize(operators);
 }
 
 int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
-  costs_ = relaxation_.costs();
+  operators_ = fresh_;
   Explore(facts);
   const auto goal = static_cast<size_t>(relaxation_.goal());
   if (fact_cost_[goal] == kFar) return kDeadEnd;
@@ -47,7 +46,7 @@ int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
     MarkGoalZone();
     FindCut(facts);
     int64_t least = kFar;
-    for (int op : cut_) least = std::min(least, CostOf(op));
+    for (int op : cut_) least = std::min(least, operators_[static_cast<size_t>(op)].cost);
     total += least;
     Update();
   }
@@ -56,7 +55,7 @@ int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
 
 void LandmarkCut::Propagate(int op) {
   const auto o = static_cast<size_t>(op);
-  const int64_t cost = supporter_cost_[o] + CostOf(op);
+  const int64_t cost = operators_[o].supporter_cost + operators_[o].cost;
   for (int i = adds_[o].begin; i < adds_[o].end; ++i) {
     const int fact = add_list_[static_cast<size_t>(i)];
     int64_t& known = fact_cost_[static_cast<size_t>(fact)];
@@ -68,7 +67,6 @@ void LandmarkCut::Propagate(int op) {
 
 void LandmarkCut::Explore(std::span<const int> facts) {
   std::fill(fact_cost_.begin(), fact_cost_.end(), kFar);
-  for (size_t i = 0; i < missing_.size(); ++i) missing_[i] = preconditions_[i].end - preconditions_[i].begin;
   queue_.Clear();
   for (int fact : facts) {
     fact_cost_[static_cast<size_t>(fact)] = 0;
@@ -81,9 +79,10 @@ void LandmarkCut::Explore(std::span<const int> facts) {
     for (int i = users_[f].begin; i < users_[f].end; ++i) {
       const int op = user_list_[static_cast<size_t>(i)];
       // Facts come in the order of their costs: the last precondition is the dearest.
-      if (--missing_[static_cast<size_t>(op)] > 0) continue;
-      supporter_[static_cast<size_t>(op)] = fact;
-      supporter_cost_[static_cast<size_t>(op)] = cost;
+      Operator& known = operators_[static_cast<size_t>(op)];
+      if (--known.missing > 0) continue;
+      known.supporter = fact;
+      known.supporter_cost = cost;
       Propagate(op);
     }
   }
@@ -92,17 +91,18 @@ void LandmarkCut::Explore(std::span<const int> facts) {
 /// Takes the cut's cost from its actions, and brings the facts' costs up to date.
 void LandmarkCut::Update() {
   int64_t least = kFar;
-  for (int op : cut_) least = std::min(least, CostOf(op));
+  for (int op : cut_) least = std::min(least, operators_[static_cast<size_t>(op)].cost);
   stack_.clear();
   for (int op : cut_) stack_.push_back(action_[static_cast<size_t>(op)]);
   std::sort(stack_.begin(), stack_.end());
   stack_.erase(std::unique(stack_.begin(), stack_.end()), stack_.end());
-  for (int action : stack_) costs_[static_cast<size_t>(action)] -= least;
   for (int action : stack_) {
     const Range own = of_action_[static_cast<size_t>(action)];
     for (int i = own.begin; i < own.end; ++i) {
       const int op = of_action_list_[static_cast<size_t>(i)];
-      if (missing_[static_cast<size_t>(op)] == 0) Propagate(op);
+      Operator& known = operators_[static_cast<size_t>(op)];
+      known.cost -= least;
+      if (known.missing == 0) Propagate(op);
     }
   }
   while (!queue_.empty()) {
@@ -112,17 +112,18 @@ void LandmarkCut::Update() {
     for (int i = users_[f].begin; i < users_[f].end; ++i) {
       const int op = user_list_[static_cast<size_t>(i)];
       const auto o = static_cast<size_t>(op);
-      if (missing_[o] > 0 || supporter_[o] != fact || supporter_cost_[o] <= cost) continue;
+      Operator& known = operators_[o];
+      if (known.supporter != fact || known.missing > 0 || known.supporter_cost <= cost) continue;
       int dearest = fact;
       for (int k = preconditions_[o].begin; k < preconditions_[o].end; ++k) {
         const int other = precondition_list_[static_cast<size_t>(k)];
         if (fact_cost_[static_cast<size_t>(other)] > fact_cost_[static_cast<size_t>(dearest)])
           dearest = other;
       }
-      supporter_[o] = dearest;
+      known.supporter = dearest;
       const int64_t now = fact_cost_[static_cast<size_t>(dearest)];
-      if (now == supporter_cost_[o]) continue;
-      supporter_cost_[o] = now;
+      if (now == known.supporter_cost) continue;
+      known.supporter_cost = now;
       Propagate(op);
     }
   }
@@ -137,8 +138,9 @@ void LandmarkCut::MarkGoalZone() {
     stack_.pop_back();
     for (int i = adders_[f].begin; i < adders_[f].end; ++i) {
       const int op = adder_list_[static_cast<size_t>(i)];
-      if (missing_[static_cast<size_t>(op)] > 0 || CostOf(op) > 0) continue;
-      const int supporter = supporter_[static_cast<size_t>(op)];
+      const Operator& known = operators_[static_cast<size_t>(op)];
+      if (known.cost > 0 || known.missing > 0) continue;
+      const int supporter = known.supporter;
       Zone& zone = zone_[static_cast<size_t>(supporter)];
       if (zone == Zone::kGoal) continue;
       zone = Zone::kGoal;
@@ -159,7 +161,7 @@ void LandmarkCut::FindCut(std::span<const int> facts) {
     for (int i = users_[f].begin; i < users_[f].end; ++i) {
       const int op = user_list_[static_cast<size_t>(i)];
       const auto o = static_cast<size_t>(op);
-      if (missing_[o] > 0 || supporter_[o] != fact) continue;
+      if (operators_[o].supporter != fact || operators_[o].missing > 0) continue;
       const int* begin = add_list_.data() + adds_[o].begin;
       const int* end = add_list_.data() + adds_[o].end;
       if (std::any_of(begin, end, [&](int add) { return zone_[static_cast<size_t>(add)] == Zone::kGoal; })) {

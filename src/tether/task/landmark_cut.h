@@ -39,7 +39,13 @@ class LandmarkCut {
   };
   enum class Zone : uint8_t { kNone, kGoal, kBefore };
 
-  int64_t CostOf(int op) const { return costs_[static_cast<size_t>(action_[static_cast<size_t>(op)])]; }
+  /// What an evaluation knows of an operator.
+  struct Operator {
+    int64_t cost = 0;            ///< What is left of its action's.
+    int64_t supporter_cost = 0;  ///< Of its dearest precondition.
+    int supporter = -1;          ///< Its dearest precondition.
+    int missing = 0;             ///< Preconditions not reached.
+  };
 
   const Relaxation& relaxation_;
   // The relaxation with its lists laid out one after another.
@@ -47,12 +53,9 @@ class LandmarkCut {
   std::vector<Range> preconditions_, adds_, users_, adders_, of_action_;
   std::vector<int> precondition_list_, add_list_, user_list_, adder_list_, of_action_list_;
 
-  std::vector<int64_t> costs_;      ///< Per action: what is left.
+  std::vector<Operator> fresh_, operators_;
   std::vector<int64_t> fact_cost_;  ///< The dearest way's cost (h_max).
   std::vector<Zone> zone_;
-  std::vector<int> missing_;             ///< Per operator: preconditions not reached.
-  std::vector<int> supporter_;           ///< Per operator: its dearest precondition.
-  std::vector<int64_t> supporter_cost_;  ///< Per operator.
   RelaxedQueue queue_;
   std::vector<int> stack_, cut_;
 };

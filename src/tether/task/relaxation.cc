@@ -8,6 +8,8 @@ namespace {
 
 using symbolic::GroundFormula;
 
+constexpr size_t kManyClauses = 16;
+
 void SortUnique(std::vector<int>& list) {
   std::sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -153,7 +155,8 @@ void Relaxation::AddAutomaton() {
     for (const ltl::AutomatonEdge& edge : automaton->Edges()) {
       if (edge.from == edge.to || automaton->IsTrap(edge.to)) continue;
       const int from = states[static_cast<size_t>(edge.from)], to = states[static_cast<size_t>(edge.to)];
-      if (edge.guard.size() <= edge.clauses.size() + 4) {
+      // Clause by clause, what each asks for is a landmark of its own; a choice between cubes blurs that.
+      if (edge.guard.size() == 1 || edge.clauses.size() > edge.guard.size() + kManyClauses) {
         for (const ltl::Cube& cube : edge.guard) {
           std::vector<int> needed = {from};
           const bool may = std::all_of(cube.literals.begin(), cube.literals.end(), [&](const auto& literal) {
@@ -164,7 +167,13 @@ void Relaxation::AddAutomaton() {
         continue;
       }
       std::vector<int> needed = {from};
+      bool possible = true;
       for (const ltl::Cube& clause : edge.clauses) {
+        if (clause.literals.size() == 1) {
+          const auto& [proposition, positive] = clause.literals.front();
+          possible = possible && RequireProposition(proposition, positive, needed);
+          continue;
+        }
         const int either = AddFact();
         needed.push_back(either);
         for (const auto& [proposition, positive] : clause.literals) {
@@ -172,7 +181,7 @@ void Relaxation::AddAutomaton() {
           if (RequireProposition(proposition, positive, one)) AddOperator(free_, std::move(one), {either});
         }
       }
-      AddOperator(free_, std::move(needed), {to});
+      if (possible) AddOperator(free_, std::move(needed), {to});
     }
   }
   AddOperator(free_, std::move(all_accept), {goal_});

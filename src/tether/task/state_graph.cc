@@ -68,7 +68,6 @@ int StateGraph::ExpandNext() {
   node.is_closed = true;
   if (node.is_goal) {
     goal_cost_ = std::min(goal_cost_, node.cost);
-    goals_.push_back(state);
   } else {
     Expand(state);
   }
@@ -77,6 +76,7 @@ int StateGraph::ExpandNext() {
 
 void StateGraph::Expand(int state) {
   ++expanded_;
+  nodes_[static_cast<size_t>(state)].is_expanded = true;
   const int64_t cost = nodes_[static_cast<size_t>(state)].cost;
   const symbolic::StateView view = table_[state];
   source_.assign(view.begin(), view.end());
@@ -88,14 +88,16 @@ void StateGraph::Expand(int state) {
 }
 
 bool StateGraph::ExpandBeyondGoals() {
-  if (bound() != kFar) {
-    ExpandNext();
-  } else if (!goals_.empty()) {
-    const int goal = goals_.back();
-    goals_.pop_back();
-    Expand(goal);
-  } else {
-    return false;
+  while (beyond_ < states() && nodes_[beyond_].is_expanded) ++beyond_;
+  if (beyond_ == states()) return false;
+  nodes_[beyond_].is_expanded = true;
+  const symbolic::StateView view = table_[static_cast<int>(beyond_)];
+  source_.assign(view.begin(), view.end());
+  product_.FindApplicable(source_, applicable_);
+  for (int action : applicable_) {
+    bool is_new = false;
+    if (product_.Apply(action, source_, scratch_)) table_.Insert(scratch_, is_new);
+    if (is_new) nodes_.emplace_back();
   }
   return true;
 }

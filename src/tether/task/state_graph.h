@@ -33,8 +33,8 @@ class StateGraph {
   int64_t bound();
   /// Expands the next state and returns it; bound() must not be kFar. A goal state is only noted.
   int ExpandNext();
-  /// Expands a state that is left, or a goal state; false when none is. After that, what this class says of
-  /// costs and distances is no longer of plans that end at their first goal state.
+  /// Expands a state that never was, goal states too, only to see all that can be reached; false when no
+  /// state is left. Does not count, and of costs nothing is known afterwards.
   bool ExpandBeyondGoals();
 
   size_t states() const { return table_.size(); }
@@ -68,6 +68,7 @@ class StateGraph {
     bool is_goal = false;
     bool is_closed = false;
     bool has_edges = false;
+    bool is_expanded = false;  ///< Once, at whatever cost.
   };
   struct Entry {
     int64_t bound, estimate;
@@ -92,7 +93,7 @@ class StateGraph {
   std::vector<Entry> open_;  ///< A heap.
   uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0;
   int64_t goal_cost_ = kFar;
-  std::vector<int> goals_;  ///< Closed ones.
+  size_t beyond_ = 0;  ///< States before this one are expanded.
   std::vector<Edge> edges_;
   std::vector<size_t> first_edge_, end_edge_;
   symbolic::State scratch_, source_;
