@@ -21,7 +21,7 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
     const Relaxation::Operator& op = relaxation.operators()[i];
     action_.push_back(op.action);
     fresh_.push_back({relaxation.costs()[static_cast<size_t>(op.action)], 0, -1,
-                      static_cast<int>(op.preconditions.size())});
+                      static_cast<int>(op.preconditions.size()), -1, -1});
     lay_out(op.preconditions, precondition_list_, preconditions_);
     lay_out(op.adds, add_list_, adds_);
     for (int fact : op.preconditions) users[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
@@ -32,11 +32,13 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
   for (const auto& list : adders) lay_out(list, adder_list_, adders_);
   for (const auto& list : of_action) lay_out(list, of_action_list_, of_action_);
   fact_cost_.resize(facts);
+  supported_.resize(facts);
   zone_.resize(facts);
 }
 
 int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
   operators_ = fresh_;
+  std::fill(supported_.begin(), supported_.end(), -1);
   Explore(facts);
   const auto goal = static_cast<size_t>(relaxation_.goal());
   if (fact_cost_[goal] == kFar) return kDeadEnd;
@@ -65,6 +67,26 @@ void LandmarkCut::Propagate(int op) {
   }
 }
 
+void LandmarkCut::Support(int fact, int op) {
+  Operator& known = operators_[static_cast<size_t>(op)];
+  int& first = supported_[static_cast<size_t>(fact)];
+  known.supporter = fact;
+  known.before = -1;
+  known.next = first;
+  if (first >= 0) operators_[static_cast<size_t>(first)].before = op;
+  first = op;
+}
+
+void LandmarkCut::Release(int op) {
+  const Operator& known = operators_[static_cast<size_t>(op)];
+  if (known.before >= 0) {
+    operators_[static_cast<size_t>(known.before)].next = known.next;
+  } else {
+    supported_[static_cast<size_t>(known.supporter)] = known.next;
+  }
+  if (known.next >= 0) operators_[static_cast<size_t>(known.next)].before = known.before;
+}
+
 void LandmarkCut::Explore(std::span<const int> facts) {
   std::fill(fact_cost_.begin(), fact_cost_.end(), kFar);
   queue_.Clear();
@@ -81,7 +103,7 @@ void LandmarkCut::Explore(std::span<const int> facts) {
       // Facts come in the order of their costs: the last precondition is the dearest.
       Operator& known = operators_[static_cast<size_t>(op)];
       if (--known.missing > 0) continue;
-      known.supporter = fact;
+      Support(fact, op);
       known.supporter_cost = cost;
       Propagate(op);
     }
@@ -109,18 +131,21 @@ void LandmarkCut::Update() {
     const auto [cost, fact] = queue_.Pop();
     const auto f = static_cast<size_t>(fact);
     if (cost != fact_cost_[f]) continue;
-    for (int i = users_[f].begin; i < users_[f].end; ++i) {
-      const int op = user_list_[static_cast<size_t>(i)];
+    for (int op = supported_[f], next = -1; op >= 0; op = next) {
       const auto o = static_cast<size_t>(op);
       Operator& known = operators_[o];
-      if (known.supporter != fact || known.missing > 0 || known.supporter_cost <= cost) continue;
+      next = known.next;
+      if (known.supporter_cost <= cost) continue;
       int dearest = fact;
       for (int k = preconditions_[o].begin; k < preconditions_[o].end; ++k) {
         const int other = precondition_list_[static_cast<size_t>(k)];
         if (fact_cost_[static_cast<size_t>(other)] > fact_cost_[static_cast<size_t>(dearest)])
           dearest = other;
       }
-      known.supporter = dearest;
+      if (dearest != fact) {
+        Release(op);
+        Support(dearest, op);
+      }
       const int64_t now = fact_cost_[static_cast<size_t>(dearest)];
       if (now == known.supporter_cost) continue;
       known.supporter_cost = now;
@@ -158,10 +183,8 @@ void LandmarkCut::FindCut(std::span<const int> facts) {
     const int fact = stack_.back();
     stack_.pop_back();
     const auto f = static_cast<size_t>(fact);
-    for (int i = users_[f].begin; i < users_[f].end; ++i) {
-      const int op = user_list_[static_cast<size_t>(i)];
+    for (int op = supported_[f]; op >= 0; op = operators_[static_cast<size_t>(op)].next) {
       const auto o = static_cast<size_t>(op);
-      if (operators_[o].supporter != fact || operators_[o].missing > 0) continue;
       const int* begin = add_list_.data() + adds_[o].begin;
       const int* end = add_list_.data() + adds_[o].end;
       if (std::any_of(begin, end, [&](int add) { return zone_[static_cast<size_t>(add)] == Zone::kGoal; })) {

@@ -31,6 +31,8 @@ class LandmarkCut {
   void Explore(std::span<const int> facts);
   void Update();
   void Propagate(int op);
+  void Support(int fact, int op);
+  void Release(int op);
   void MarkGoalZone();
   void FindCut(std::span<const int> facts);
 
@@ -45,6 +47,7 @@ class LandmarkCut {
     int64_t supporter_cost = 0;  ///< Of its dearest precondition.
     int supporter = -1;          ///< Its dearest precondition.
     int missing = 0;             ///< Preconditions not reached.
+    int next = -1, before = -1;  ///< In the list of those with the same supporter.
   };
 
   const Relaxation& relaxation_;
@@ -55,6 +58,7 @@ class LandmarkCut {
 
   std::vector<Operator> fresh_, operators_;
   std::vector<int64_t> fact_cost_;  ///< The dearest way's cost (h_max).
+  std::vector<int> supported_;      ///< Per fact: the first operator that it supports.
   std::vector<Zone> zone_;
   RelaxedQueue queue_;
   std::vector<int> stack_, cut_;
