@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "tether/task/landmark_cut.h"
@@ -20,7 +21,14 @@ class Estimate {
   /// `product` must outlive this. With `blind` it is 0 everywhere.
   Estimate(const Product& product, bool blind, bool unit_costs);
 
-  int64_t Evaluate(symbolic::StateView state);
+  int64_t Evaluate(symbolic::StateView state) { return Evaluate(state, {}, -1); }
+  /// The same, sooner, where `before` are the landmarks of the state before `action`. The number may be
+  /// another.
+  int64_t Evaluate(symbolic::StateView state, std::span<const int> before, int action);
+  /// Of the last evaluation; empty if blind.
+  std::span<const int> landmarks() const {
+    return cut_ ? std::span<const int>(cut_->heuristic.landmarks()) : std::span<const int>();
+  }
 
  private:
   struct Cut {

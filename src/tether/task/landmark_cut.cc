@@ -36,13 +36,14 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
   zone_.resize(facts);
 }
 
-int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
+int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> before, int action) {
   operators_ = fresh_;
   std::fill(supported_.begin(), supported_.end(), -1);
+  landmarks_.clear();
+  int64_t total = Keep(before, action);
   Explore(facts);
   const auto goal = static_cast<size_t>(relaxation_.goal());
   if (fact_cost_[goal] == kFar) return kDeadEnd;
-  int64_t total = 0;
   while (fact_cost_[goal] > 0) {
     std::fill(zone_.begin(), zone_.end(), Zone::kNone);
     MarkGoalZone();
@@ -50,7 +51,28 @@ int64_t LandmarkCut::Evaluate(std::span<const int> facts) {
     int64_t least = kFar;
     for (int op : cut_) least = std::min(least, operators_[static_cast<size_t>(op)].cost);
     total += least;
-    Update();
+    Update(least);
+  }
+  return total;
+}
+
+/// Takes the costs of the landmarks that stay, and returns their sum.
+int64_t LandmarkCut::Keep(std::span<const int> before, int action) {
+  int64_t total = 0;
+  for (size_t i = 0; i < before.size();) {
+    const int cost = before[i];
+    const auto landmark = before.subspan(i, 2 + static_cast<size_t>(before[i + 1]));
+    const auto actions = landmark.subspan(2);
+    i += landmark.size();
+    if (std::find(actions.begin(), actions.end(), action) != actions.end()) continue;
+    total += cost;
+    landmarks_.insert(landmarks_.end(), landmark.begin(), landmark.end());
+    for (int member : actions) {
+      const Range own = of_action_[static_cast<size_t>(member)];
+      for (int k = own.begin; k < own.end; ++k) {
+        operators_[static_cast<size_t>(of_action_list_[static_cast<size_t>(k)])].cost -= cost;
+      }
+    }
   }
   return total;
 }
@@ -111,13 +133,16 @@ void LandmarkCut::Explore(std::span<const int> facts) {
 }
 
 /// Takes the cut's cost from its actions, and brings the facts' costs up to date.
-void LandmarkCut::Update() {
-  int64_t least = kFar;
-  for (int op : cut_) least = std::min(least, operators_[static_cast<size_t>(op)].cost);
+void LandmarkCut::Update(int64_t least) {
   stack_.clear();
   for (int op : cut_) stack_.push_back(action_[static_cast<size_t>(op)]);
   std::sort(stack_.begin(), stack_.end());
   stack_.erase(std::unique(stack_.begin(), stack_.end()), stack_.end());
+  if (least <= std::numeric_limits<int>::max()) {
+    landmarks_.push_back(static_cast<int>(least));
+    landmarks_.push_back(static_cast<int>(stack_.size()));
+    landmarks_.insert(landmarks_.end(), stack_.begin(), stack_.end());
+  }
   for (int action : stack_) {
     const Range own = of_action_[static_cast<size_t>(action)];
     for (int i = own.begin; i < own.end; ++i) {

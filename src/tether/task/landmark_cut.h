@@ -23,13 +23,25 @@ class LandmarkCut {
   /// `relaxation` must outlive this.
   explicit LandmarkCut(const Relaxation& relaxation);
 
+  /// Landmarks as numbers: for each its cost, how many actions it has, and these. Every plan needs one of
+  /// them.
+  using Landmarks = std::vector<int>;
+
   /// A lower bound on the cost of a plan from where `facts` hold; kDeadEnd if there is none even in the
   /// relaxation. The same facts give the same number, whatever was evaluated before.
-  int64_t Evaluate(std::span<const int> facts);
+  int64_t Evaluate(std::span<const int> facts) { return Evaluate(facts, {}, -1); }
+
+  /// The same after `action`, where `before` are landmarks of the state before it: those without the action
+  /// still are landmarks, and only what they leave of the costs is cut anew (Pommerening and Helmert, ICAPS
+  /// 2013).
+  int64_t Evaluate(std::span<const int> facts, std::span<const int> before, int action);
+  /// Of the last evaluation.
+  const Landmarks& landmarks() const { return landmarks_; }
 
  private:
+  int64_t Keep(std::span<const int> before, int action);
   void Explore(std::span<const int> facts);
-  void Update();
+  void Update(int64_t least);
   void Propagate(int op);
   void Support(int fact, int op);
   void Release(int op);
@@ -62,6 +74,7 @@ class LandmarkCut {
   std::vector<Zone> zone_;
   RelaxedQueue queue_;
   std::vector<int> stack_, cut_;
+  Landmarks landmarks_;
 };
 
 }  // namespace tether::task

@@ -6,6 +6,12 @@
 #include <utility>
 
 namespace tether::task {
+namespace {
+
+/// 256 MB; when they are full, later states are estimated from the beginning.
+constexpr size_t kMostLandmarks = size_t{1} << 26;
+
+}  // namespace
 
 bool StateGraph::Worse::operator()(const Entry& a, const Entry& b) const {
   if (a.bound != b.bound) return a.bound > b.bound;
@@ -25,13 +31,29 @@ StateGraph::StateGraph(Product& product, const Options& options)
   if (const auto start = product.Start()) Reach(*start, 0, -1, -1);
 }
 
+int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, int action) {
+  std::span<const int> before;
+  if (parent >= 0) {
+    const Node& known = nodes_[static_cast<size_t>(parent)];
+    before = {landmarks_.data() + known.first_landmark, static_cast<size_t>(known.landmark_count)};
+  }
+  const int64_t estimate = estimate_.Evaluate(state, before, action);
+  const std::span<const int> landmarks = estimate_.landmarks();
+  if (estimate != Estimate::kDeadEnd && landmarks_.size() + landmarks.size() <= kMostLandmarks) {
+    node.first_landmark = landmarks_.size();
+    node.landmark_count = static_cast<int>(landmarks.size());
+    landmarks_.insert(landmarks_.end(), landmarks.begin(), landmarks.end());
+  }
+  return estimate;
+}
+
 void StateGraph::Reach(symbolic::StateView state, int64_t cost, int parent, int action) {
   bool is_new = false;
   const int index = table_.Insert(state, is_new);
   if (is_new) {
     Node& fresh = nodes_.emplace_back();
     fresh.is_goal = product_.IsGoal(state);
-    fresh.estimate = fresh.is_goal ? 0 : estimate_.Evaluate(state);
+    fresh.estimate = fresh.is_goal ? 0 : EstimateCost(state, fresh, parent, action);
   }
   Node& node = nodes_[static_cast<size_t>(index)];
   if (cost >= node.cost) return;

@@ -65,6 +65,8 @@ class StateGraph {
     int64_t estimate = 0;
     int parent = -1;
     int action = -1;
+    int landmark_count = 0;  ///< Numbers in landmarks_.
+    size_t first_landmark = 0;
     bool is_goal = false;
     bool is_closed = false;
     bool has_edges = false;
@@ -80,6 +82,7 @@ class StateGraph {
     bool operator()(const Entry& a, const Entry& b) const;
   };
 
+  int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action);
   void Reach(symbolic::StateView state, int64_t cost, int parent, int action);
   void Expand(int state);
   void FindEdges();
@@ -93,7 +96,8 @@ class StateGraph {
   std::vector<Entry> open_;  ///< A heap.
   uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0;
   int64_t goal_cost_ = kFar;
-  size_t beyond_ = 0;  ///< States before this one are expanded.
+  std::vector<int> landmarks_;  ///< Of the states' estimates, one after another.
+  size_t beyond_ = 0;           ///< States before this one are expanded.
   std::vector<Edge> edges_;
   std::vector<size_t> first_edge_, end_edge_;
   symbolic::State scratch_, source_;
