@@ -58,6 +58,8 @@ std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
   const std::vector<planning::BoundStep> steps = planning::BindSkeleton(facts.problem(), actions);
   planning::ProgramStart start;
   start.near = planning::kNear;
+  planning::KeyPoseProgram first = planning::BuildProgram(facts, steps, {}, start);
+  if (first.refutations.empty()) return CandidateProgram{actions, std::move(first)};
   for (const planning::Way& way : planning::FindWays(facts, steps, 16).open) {
     planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, way.variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
