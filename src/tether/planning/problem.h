@@ -40,7 +40,7 @@ struct ProgramOptions {
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
-  int max_variants = 16;  ///< Discrete ways (grasps, contacts) tried per candidate.
+  int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.
 };
