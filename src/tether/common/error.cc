@@ -97,4 +97,9 @@ std::string JoinAlternatives(const std::vector<std::string>& words) {
   return text;
 }
 
+std::string SuggestFrom(std::string_view word, const std::vector<std::string>& known) {
+  const std::string nearest = NearestMatch(word, known);
+  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(known);
+}
+
 }  // namespace tether

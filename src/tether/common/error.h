@@ -63,4 +63,7 @@ std::string NearestMatch(std::string_view word, const std::vector<std::string>& 
 /// "a, b or c".
 std::string JoinAlternatives(const std::vector<std::string>& words);
 
+/// "did you mean 'x'? accepted: x, y or z": what to say of a `word` that is none of `known`.
+std::string SuggestFrom(std::string_view word, const std::vector<std::string>& known);
+
 }  // namespace tether

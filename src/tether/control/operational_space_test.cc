@@ -10,20 +10,8 @@
 #include <Eigen/Cholesky>
 
 #include "tether/common/error.h"
+#include "tether/common/heap_counter.h"
 #include "tether/common/random.h"
-
-// Counts heap allocations of the whole program, Eigen's included. Sanitizers have a malloc of their own.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-namespace {
-long allocations = 0;
-}
-extern "C" void* __libc_malloc(size_t size);
-extern "C" void* malloc(size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-#define TETHER_COUNTS_ALLOCATIONS 1
-#endif
 
 namespace tether::control {
 namespace {
@@ -256,14 +244,14 @@ TEST(OperationalSpace, AllocatesNothing) {
   target.X_BH = arm.state_.X_BH();
   target.X_BH.p.x() += 0.3;
   const Eigen::VectorXd q = arm.q_ + Eigen::VectorXd::Constant(7, 0.1);
-  const long before = allocations;
+  const long before = heap_allocations;
   for (int i = 0; i < 10; ++i) {
     arm.state_.Set(q, arm.v_);
     controller.Compute(arm.state_, target);
   }
   target.X_BH.p.x() = std::numeric_limits<double>::quiet_NaN();
   controller.Compute(arm.state_, target);
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(heap_allocations, before);
   EXPECT_GT(before, 0);
 }
 #endif

@@ -8,21 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/heap_counter.h"
 #include "tether/execution/resolved_plan.h"
 #include "tether/execution/test_plans.h"
-
-// Counts heap allocations of the whole program, Eigen's included. Sanitizers have a malloc of their own.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-namespace {
-long allocations = 0;
-}
-extern "C" void* __libc_malloc(size_t size);
-extern "C" void* malloc(size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-#define TETHER_COUNTS_ALLOCATIONS 1
-#endif
 
 namespace tether::execution {
 namespace {
@@ -199,9 +187,9 @@ TEST(Executive, TicksAllocateNothing) {
   int quiet = 0;
   for (int i = 0; i < 3000; ++i) {
     seen.Tick();
-    const long before = allocations;
+    const long before = heap_allocations;
     executive.Step(seen.estimate, seen.observations);
-    const long after = allocations;
+    const long after = heap_allocations;
     if (executive.events().size() == events) {
       allocated += after - before;
       ++quiet;

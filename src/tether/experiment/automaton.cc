@@ -44,9 +44,7 @@ ltl::Semantics ReadSemantics(const std::string& name) {
   for (ltl::Semantics semantics : {ltl::Semantics::kCosafe, ltl::Semantics::kLtlf}) {
     if (name == ToString(semantics)) return semantics;
   }
-  const std::string nearest = NearestMatch(name, {"cosafe", "ltlf"});
-  throw InputError("--semantics: unknown '" + name + "'",
-                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: cosafe or ltlf");
+  throw InputError("--semantics: unknown '" + name + "'", SuggestFrom(name, {"cosafe", "ltlf"}));
 }
 
 CompiledFormula CompileFormula(const std::string& text, const std::string& semantics) {

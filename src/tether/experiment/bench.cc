@@ -170,10 +170,7 @@ int BenchCommand(const BenchArguments& arguments) {
   if (arguments.name == "control") return BenchControl(arguments);
   std::vector<std::string> names;
   for (const auto& [name, text] : BenchNames()) names.push_back(name);
-  const std::string nearest = NearestMatch(arguments.name, names);
-  throw InputError(
-      "unknown benchmark '" + arguments.name + "'",
-      (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(names));
+  throw InputError("unknown benchmark '" + arguments.name + "'", SuggestFrom(arguments.name, names));
 }
 
 }  // namespace tether::experiment

@@ -170,10 +170,7 @@ void CampaignOptions::Validate() const {
   std::vector<std::string> names;
   for (const auto& [known, text] : CampaignNames()) names.push_back(known);
   if (std::find(names.begin(), names.end(), name) == names.end()) {
-    const std::string nearest = NearestMatch(name, names);
-    diagnostics.Add(
-        {}, "unknown campaign '" + name + "'",
-        (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(names));
+    diagnostics.Add({}, "unknown campaign '" + name + "'", SuggestFrom(name, names));
   }
   for (const std::string& kind : kinds) {
     if (name == "growth") {

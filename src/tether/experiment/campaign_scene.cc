@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -12,6 +11,7 @@
 #include "tether/experiment/contact.h"
 #include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
+#include "tether/experiment/process_time.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/program_builder.h"
@@ -29,21 +29,6 @@ constexpr int kMoveDraws = 1000;
 bool Stopped(const SceneMeasurementOptions& options) {
   return options.stop != nullptr && options.stop->load();
 }
-
-/// CPU time of the process: the campaigns plan in one thread, whichever it is.
-class CpuClock {
- public:
-  CpuClock() : begin_(Now()) {}
-  double seconds() const { return Now() - begin_; }
-
- private:
-  static double Now() {
-    timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  }
-  double begin_;
-};
 
 /// A generated scene, ready for planning.
 struct Prepared {
@@ -72,9 +57,9 @@ struct Planned {
 
 Planned PlanIt(const planning::Problem& problem, const symbolic::Task& task) {
   Planned planned;
-  const CpuClock clock;
+  const Stopwatch clock;
   planned.report = planning::PlanTask(problem, task);
-  planned.cpu_s = clock.seconds();
+  planned.cpu_s = clock.cpu_s();
   return planned;
 }
 
@@ -288,7 +273,7 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
   nlp::Result result;
   bool feasible = false;
   const auto solve_cpu_s = repeat([&]() -> std::optional<double> {
-    const CpuClock clock;
+    const Stopwatch clock;
     const planning::SceneFacts facts(prepared.problem);
     const std::vector<std::string>& actions = planned.report.candidates.front().plan.actions;
     const std::vector<planning::BoundStep> bound = planning::BindSkeleton(prepared.problem, actions);
@@ -300,7 +285,7 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
         nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, solver_options);
     if (result.status == nlp::Status::kInterrupted) return std::nullopt;
     feasible = planning::CheckKeyPoses(facts, bound, result.x.poses).Feasible(prepared.problem.program);
-    return clock.seconds();
+    return clock.cpu_s();
   });
   if (!solve_cpu_s) return std::nullopt;
   const auto live =
@@ -336,11 +321,11 @@ std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMea
     planning::CandidateReport report;
     for (int i = 0; i < kWarmRepetitions; ++i) {
       planning::Optimum optimum = *before.optimum;
-      const CpuClock clock;
+      const Stopwatch clock;
       report = warm ? planning::Reoptimize(planning::SceneFacts(problem), planning::Limits(problem.search),
                                            optimum)
                     : optimize(problem).report;
-      times.push_back(clock.seconds());
+      times.push_back(clock.cpu_s());
     }
     return Value::Object()
         .Set("feasible", report.feasible())

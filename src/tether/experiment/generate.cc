@@ -72,10 +72,7 @@ GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& p
   }
   std::vector<std::string> names;
   for (const auto& [name, text] : GeneratorKinds()) names.push_back(name);
-  const std::string nearest = NearestMatch(kind, names);
-  throw InputError(
-      "unknown kind of scene '" + kind + "'",
-      (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(names));
+  throw InputError("unknown kind of scene '" + kind + "'", SuggestFrom(kind, names));
 }
 
 Scenario LoadGenerated(const GeneratedScenario& generated) {

@@ -358,11 +358,6 @@ class SceneParser {
 
 }  // namespace
 
-std::string SuggestFrom(const std::string& word, const std::vector<std::string>& words) {
-  const std::string nearest = NearestMatch(word, words);
-  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(words);
-}
-
 std::vector<std::string> FrameNames(const scene::Scene& scene) {
   std::vector<std::string> names = {scene::kWorld};
   for (const scene::Robot& robot : scene.robots) names.push_back(robot.name);

@@ -44,7 +44,4 @@ SceneReading ReadScene(ObjectReader& scenario, const std::string& folder);
 /// order.
 std::vector<std::string> FrameNames(const scene::Scene& scene);
 
-/// "(did you mean …? accepted: …)" for a name that is none of `words`.
-std::string SuggestFrom(const std::string& word, const std::vector<std::string>& words);
-
 }  // namespace tether::experiment

@@ -22,10 +22,8 @@ const std::vector<std::string> kSearches = {"astar", "greedy", "dijkstra", "bfs"
 void Validate(const TaskArguments& arguments) {
   Diagnostics mistakes;
   if (std::find(kSearches.begin(), kSearches.end(), arguments.search) == kSearches.end()) {
-    const std::string nearest = NearestMatch(arguments.search, kSearches);
     mistakes.Add({}, "--search: unknown '" + arguments.search + "'",
-                 (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
-                     "accepted: " + JoinAlternatives(kSearches));
+                 SuggestFrom(arguments.search, kSearches));
   }
   if (arguments.max_plans < 0) {
     mistakes.Add({}, "--max-plans is " + std::to_string(arguments.max_plans), "1 or more, or 0 for all");

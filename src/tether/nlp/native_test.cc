@@ -1,29 +1,15 @@
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "tether/common/heap_counter.h"
 #include "tether/nlp/block_cholesky.h"
 #include "tether/nlp/elastic_qp.h"
 #include "tether/nlp/manifold_view.h"
 #include "tether/nlp/solver.h"
 #include "tether/nlp/test_programs.h"
-
-namespace {
-long allocations = 0;
-bool counting = false;
-}  // namespace
-
-#if !defined(__SANITIZE_ADDRESS__)
-// Eigen allocates by malloc, so operator new is not enough to watch.
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
-#endif
 
 namespace tether::nlp {
 namespace {
@@ -319,21 +305,20 @@ TEST(NativeTest, TellsWhereTheTimeWent) {
   }
 }
 
-#if !defined(__SANITIZE_ADDRESS__)
+#ifdef TETHER_COUNTS_ALLOCATIONS
 TEST(NativeTest, IterationsDoNotAllocate) {
   Example example = KeyPoseChain(5, 1, 0.5);
   std::vector<long> counts;
   counts.reserve(1000);
   example.program.Add(MakeResidual("probe", 1, Unit::kNone, {{BlockRef::Kind::kPose, 0}},
                                    [&counts](const Point&, VectorRef r, JacobianRef* J) {
-                                     counts.push_back(allocations);
+                                     counts.push_back(heap_allocations);
                                      r[0] = 0;
                                      if (J != nullptr) J->setZero();
                                    }),
                       Role::kCost);
-  counting = true;
+  heap_allocations = 0;
   const Result result = MakeSolver(Backend::kNative)->Solve(example.program, example.guess, Options());
-  counting = false;
   ASSERT_TRUE(result.ok()) << result.Summary();
   ASSERT_GT(counts.size(), 5);
   EXPECT_GT(counts.front(), 0);

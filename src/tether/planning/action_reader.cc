@@ -15,11 +15,6 @@ bool Contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string Suggest(const std::string& word, const std::vector<std::string>& words) {
-  const std::string nearest = NearestMatch(word, words);
-  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(words);
-}
-
 In ReadIn(ObjectReader& reader, In fallback) {
   const Value* value = reader.Optional("in");
   if (value == nullptr) return fallback;
@@ -28,7 +23,7 @@ In ReadIn(ObjectReader& reader, In fallback) {
     if (text == kInNames[i]) return static_cast<In>(i);
   }
   reader.diagnostics().Add(value->where(), "'in' of " + reader.what() + " is '" + text + "'",
-                           Suggest(text, {kInNames.begin(), kInNames.end()}));
+                           SuggestFrom(text, {kInNames.begin(), kInNames.end()}));
   return fallback;
 }
 
@@ -178,7 +173,8 @@ class ActionParser {
       if (!Contains(words, frame)) words.push_back(frame);
     }
     if (Contains(words, name)) return;
-    diagnostics_.Add(where, "unknown name '" + name + "' as " + role + " of " + what_, Suggest(name, words));
+    diagnostics_.Add(where, "unknown name '" + name + "' as " + role + " of " + what_,
+                     SuggestFrom(name, words));
   }
 
   StepSchema ParseStep(const Value& value) {
@@ -288,7 +284,7 @@ std::optional<Verb> ParseVerb(const Value& value, Diagnostics& diagnostics) {
   if (name == "gripper") return ParseGripper(arguments, diagnostics);
   if (name == "wait") return ParseWait(arguments, diagnostics);
   diagnostics.Add(bare ? value.where() : value.members()[0].where, "unknown verb '" + name + "'",
-                  Suggest(name, verbs));
+                  SuggestFrom(name, verbs));
   return std::nullopt;
 }
 
@@ -340,7 +336,7 @@ std::vector<ConstraintSpec> ParseConstraints(const Value& list, const std::strin
     const Value::Member& member = item.members()[0];
     if (!kinds.empty() && !Contains(kinds, member.key)) {
       diagnostics.Add(member.where, "unknown constraint '" + member.key + "' in " + what,
-                      Suggest(member.key, kinds));
+                      SuggestFrom(member.key, kinds));
     }
     if (!member.value.is_object() && !member.value.is_null()) {
       diagnostics.Add(member.value.where(),

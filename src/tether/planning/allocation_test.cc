@@ -1,25 +1,12 @@
-#include <cstdlib>
-
 #include <gtest/gtest.h>
 
+#include "tether/common/heap_counter.h"
 #include "tether/nlp/solver.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/program_builder.h"
 #include "tether/planning/test_scene.h"
 
-#if !defined(__SANITIZE_ADDRESS__)
-namespace {
-long allocations = 0;
-bool counting = false;
-}  // namespace
-
-// Eigen allocates by malloc, so operator new is not enough to watch.
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
-
+#ifdef TETHER_COUNTS_ALLOCATIONS
 namespace tether::planning {
 namespace {
 
@@ -29,7 +16,7 @@ class Probe final : public nlp::Residual {
   explicit Probe(std::vector<long>& counts)
       : Residual("probe", 0, 1, nlp::Unit::kNone, {{nlp::BlockRef::Kind::kPose, 0}}), counts_(counts) {}
   void Evaluate(const nlp::Point&, nlp::VectorRef r, nlp::JacobianRef* J) const override {
-    counts_.push_back(allocations);
+    counts_.push_back(heap_allocations);
     r[0] = 0;
     if (J != nullptr) J->setZero();
   }
@@ -48,9 +35,8 @@ TEST(AllocationTest, APlanningProgramIsSolvedWithoutAllocating) {
   counts.reserve(1000);
   key_poses.program.Add(std::make_shared<Probe>(counts), nlp::Role::kCost);
   const auto solver = nlp::MakeSolver(nlp::Backend::kNative);
-  counting = true;
+  heap_allocations = 0;
   const nlp::Result result = solver->Solve(key_poses.program, key_poses.guess, nlp::Options());
-  counting = false;
   ASSERT_TRUE(result.ok()) << result.Summary();
   ASSERT_GT(counts.size(), 3u);
   EXPECT_GT(counts.front(), 0);

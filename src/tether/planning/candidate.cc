@@ -97,9 +97,10 @@ class CandidateRun {
     }
     int count = 0;
     for (const Way& way : ways.open) {
-      if (limits_.Over() || (feasible() && kWorthTrying * way.promise > report_.plan.cost)) break;
+      if (feasible() && kWorthTrying * way.promise > report_.plan.cost) break;
       if (tried && way.variant.empty()) continue;
-      if (++count > problem_.program.max_variants) {
+      // A way that was not tried leaves the candidate without a proof.
+      if (limits_.Over() || ++count > problem_.program.max_variants) {
         exhausted_ = false;
         break;
       }
@@ -149,11 +150,7 @@ class CandidateRun {
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
-      report_.plan = MakePlan(problem_, actions_, steps_, result.x.poses);
-      report_.plan.cost = check.cost;
-      report_.max_violation_m = check.max_violation_m;
-      report_.max_violation_rad = check.max_violation_rad;
-      report_.reason = check.Worst();
+      ReportKeyPoses(problem_, actions_, steps_, result.x.poses, check, report_);
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();

@@ -7,7 +7,8 @@
 
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
-#include "tether/planning/program_builder.h"
+#include "tether/planning/clearances.h"
+#include "tether/planning/hand_path.h"
 
 namespace tether::planning {
 namespace {
@@ -42,15 +43,6 @@ bool Allowed(const StepSchema& schema, const std::string& a, const std::string& 
     if ((x == a && y == b) || (x == b && y == a)) return true;
   }
   return false;
-}
-
-void CheckReach(const Problem& problem, const Pose& X_WHand, Collector& collector) {
-  if (problem.robot.model == nullptr) return;
-  const robot::Reach& reach = problem.robot.model->reach();
-  const Eigen::Vector3d p_BWrist = problem.robot.X_WBase.Inverse() * (X_WHand * reach.wrist_hand);
-  const double distance = (p_BWrist - reach.centre).norm();
-  collector.Report("reach of " + problem.robot.name, Unit::kMetre,
-                   std::max(distance - reach.max, reach.min - distance));
 }
 
 }  // namespace
@@ -105,15 +97,6 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
 
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
   const constraints::Memo memo;
-  Pose X_WHand_before = problem.robot.X_WHand;
-  const auto add_cost = [&](const Pose& X_WHand) {
-    const double angle = math::AngleBetween(X_WHand_before.R, X_WHand.R);
-    const double turn_cost = problem.program.weights.rotation * angle * angle;
-    result.turn_cost += turn_cost;
-    result.cost +=
-        problem.program.weights.translation * (X_WHand.p - X_WHand_before.p).squaredNorm() + turn_cost;
-    X_WHand_before = X_WHand;
-  };
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     collector.BeginStep(t, step.action);
@@ -121,10 +104,12 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     for (const BoundConstraint& constraint : step.constraints) {
       if (constraint.kind->check) constraint.kind->check(context, constraint.parameters, collector);
     }
-    const std::vector<std::string> moved = MovedSolids(facts, tree, step.schema.control, t);
-    for (const std::string& a : moved) {
-      for (const std::string& b : facts.solids()) {
-        if (std::find(moved.begin(), moved.end(), b) != moved.end() || Allowed(step.schema, a, b)) continue;
+    const std::vector<std::string>& solids = facts.solids();
+    const std::vector<bool> moved = MovedSolids(facts, tree, step.schema.control, t);
+    for (size_t i = 0; i < solids.size(); ++i) {
+      for (size_t j = 0; j < solids.size(); ++j) {
+        const std::string &a = solids[i], &b = solids[j];
+        if (!moved[i] || moved[j] || Allowed(step.schema, a, b)) continue;
         const Pose X_WA = tree.PoseAt(a, t, poses), X_WB = tree.PoseAt(b, t, poses);
         const geometry::Shape &shape_a = *facts.ShapeOf(a), &shape_b = *facts.ShapeOf(b);
         if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
@@ -133,11 +118,11 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
       }
     }
     const Pose X_WHand = tree.PoseAt(kHand, t, poses);
-    CheckReach(problem, X_WHand, collector);
-    add_cost(X_WHand);
+    if (problem.robot.model != nullptr)
+      collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand));
     result.X_WHand.push_back(X_WHand);
   }
-  if (problem.program.home && !steps.empty()) add_cost(problem.robot.X_WHand);
+  result.cost = CostOfHand(problem, result.X_WHand).total();
   std::stable_sort(result.findings.begin(), result.findings.end(),
                    [](const CheckFinding& a, const CheckFinding& b) { return a.amount > b.amount; });
   return result;

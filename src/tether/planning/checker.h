@@ -24,7 +24,6 @@ struct CheckResult {
   double max_violation_m = 0;
   double max_violation_rad = 0;
   double cost = 0;                     ///< Paper A, eq. (4).
-  double turn_cost = 0;                ///< The part of it that is due to turning the hand.
   std::vector<CheckFinding> findings;  ///< Every violation above 1e-6, largest first.
   std::vector<math::Pose> X_WHand;     ///< The hand at each key pose.
 

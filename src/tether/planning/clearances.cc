@@ -9,10 +9,10 @@ namespace {
 
 using constraints::kHand;
 
-bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::string& a, int part_a,
+/// `exemptions` are those of one step.
+bool IsExempt(const std::vector<Exemption>& exemptions, const std::string& a, int part_a,
               const std::string& b, int part_b) {
   for (const Exemption& e : exemptions) {
-    if (e.step != step) continue;
     if (e.a == a && e.b == b && (e.part_a < 0 || e.part_a == part_a)) return true;
     if (e.a == b && e.b == a && (e.part_a < 0 || e.part_a == part_b)) return true;
   }
@@ -21,12 +21,11 @@ bool IsExempt(const std::vector<Exemption>& exemptions, int step, const std::str
 
 }  // namespace
 
-std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
-                                     const std::string& control, int step) {
-  std::vector<std::string> moved;
-  for (const std::string& solid : facts.solids()) {
-    if (solid == kHand || tree.HangsOn(solid, control, step)) moved.push_back(solid);
-  }
+std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, const std::string& control,
+                              int step) {
+  std::vector<bool> moved;
+  for (const std::string& solid : facts.solids())
+    moved.push_back(solid == kHand || tree.HangsOn(solid, control, step));
   return moved;
 }
 
@@ -35,19 +34,20 @@ Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& st
   const std::vector<std::string>& names = facts.solids();
   for (const std::string& name : names) solids_.push_back({facts.ShapeOf(name), tree.IndexOf(name), {}});
   const ProgramOptions& options = facts.problem().program;
-  std::vector<char> moves(names.size());
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const std::string& control = steps[static_cast<size_t>(t)].schema.control;
-    for (size_t i = 0; i < names.size(); ++i)
-      moves[i] = names[i] == kHand || tree.HangsOn(names[i], control, t) ? 1 : 0;
+    const std::vector<bool> moved = MovedSolids(facts, tree, steps[static_cast<size_t>(t)].schema.control, t);
+    std::vector<Exemption> exempt;
+    for (const Exemption& exemption : exemptions) {
+      if (exemption.step == t) exempt.push_back(exemption);
+    }
     for (size_t a = 0; a < names.size(); ++a) {
       for (size_t b = 0; b < names.size(); ++b) {
-        if (moves[a] == 0 || moves[b] != 0) continue;
+        if (!moved[a] || moved[b]) continue;
         const bool hand = tight || names[a] == kHand || names[b] == kHand;
         const double clearance = hand ? options.hand_clearance : options.object_clearance;
         for (int i = 0; i < static_cast<int>(solids_[a].shape->parts.size()); ++i) {
           for (int j = 0; j < static_cast<int>(solids_[b].shape->parts.size()); ++j) {
-            if (IsExempt(exemptions, t, names[a], i, names[b], j)) continue;
+            if (IsExempt(exempt, names[a], i, names[b], j)) continue;
             pairs_.push_back({t, static_cast<int>(a), static_cast<int>(b), i, j, clearance, false});
           }
         }

@@ -17,9 +17,10 @@ struct Exemption {
   int part_a;
 };
 
-/// What moves at a step: the control frame, everything that hangs on it, and the hand.
-std::vector<std::string> MovedSolids(const SceneFacts& facts, const FrameTree& tree,
-                                     const std::string& control, int step);
+/// Of SceneFacts::solids(), those that move at a step: the control frame, everything that hangs on it, and
+/// the hand.
+std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, const std::string& control,
+                              int step);
 
 /// Two convex parts that have to keep apart at a step: `a` is of what moves, `b` of the rest.
 struct ClearancePair {

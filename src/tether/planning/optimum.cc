@@ -11,8 +11,9 @@ constexpr int kClearanceRounds = 8;
 
 }  // namespace
 
-Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
-              const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses) {
+void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
+                    const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
+                    const CheckResult& check, CandidateReport& report) {
   Plan plan;
   plan.scenario = problem.title;
   plan.robot = problem.robot.name;
@@ -22,7 +23,11 @@ Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
     plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, poses[t],
                           step.schema.execute});
   }
-  return plan;
+  plan.cost = check.cost;
+  report.plan = std::move(plan);
+  report.max_violation_m = check.max_violation_m;
+  report.max_violation_rad = check.max_violation_rad;
+  report.reason = check.Worst();
 }
 
 bool KeepsRows(const nlp::Result& result) {
@@ -72,14 +77,10 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
     report.reason = limits.Over() ? "the time limit was reached" : "the solver did not converge";
   } else {
     const CheckResult check = CheckKeyPoses(facts, optimum.steps, result.x.poses);
-    report.plan = MakePlan(problem, optimum.actions, optimum.steps, result.x.poses);
-    report.plan.cost = check.cost;
-    report.max_violation_m = check.max_violation_m;
-    report.max_violation_rad = check.max_violation_rad;
+    ReportKeyPoses(problem, optimum.actions, optimum.steps, result.x.poses, check, report);
     if (check.Feasible(problem.program)) {
       report.status = CandidateStatus::kFeasible;
-    } else {
-      report.reason = check.Worst();
+      report.reason.clear();
     }
   }
   if (report.feasible()) {

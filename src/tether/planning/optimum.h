@@ -19,9 +19,10 @@ struct Optimum {
   nlp::WarmStart warm_start;
 };
 
-/// The plan that these key poses are.
-Plan MakePlan(const Problem& problem, const std::vector<std::string>& actions,
-              const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses);
+/// Writes the plan that these key poses are, and what the checker says of it, to `report`.
+void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
+                    const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
+                    const CheckResult& check, CandidateReport& report);
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
 /// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes

@@ -1,10 +1,10 @@
 #include "tether/planning/plan_file.h"
-#include "tether/geometry/polytope.h"
 
 #include <algorithm>
 #include <cstdio>
 
 #include "tether/common/reader.h"
+#include "tether/geometry/polytope.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/skeleton_binding.h"
 
@@ -86,11 +86,6 @@ std::string Digest(const ActionSchema& action) {
   return text;
 }
 
-std::string Suggest(const std::string& word, const std::vector<std::string>& words) {
-  const std::string nearest = NearestMatch(word, words);
-  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(words);
-}
-
 /// Compares one kind of named thing of two fingerprints.
 void CompareNamed(const Value& made_for, const Value& used_with, const std::string& key,
                   const std::string& noun, const std::string& difference, Diagnostics& diagnostics) {
@@ -108,7 +103,7 @@ void CompareNamed(const Value& made_for, const Value& used_with, const std::stri
     if (same == nullptr) {
       diagnostics.Add(member.where,
                       "the plan was made for another scenario: there is no " + noun + " '" + member.key + "'",
-                      names.empty() ? "" : Suggest(member.key, names));
+                      names.empty() ? "" : SuggestFrom(member.key, names));
     } else if (WriteJson(*same, 0) != WriteJson(member.value, 0)) {
       diagnostics.Add(
           member.where,
@@ -176,7 +171,8 @@ class PlanParser {
         if (candidate.name == call.name) schema = &candidate;
       }
       if (schema == nullptr) {
-        diagnostics_.Add(where, "unknown action '" + call.name + "' in the plan", Suggest(call.name, names));
+        diagnostics_.Add(where, "unknown action '" + call.name + "' in the plan",
+                         SuggestFrom(call.name, names));
         continue;
       }
       if (schema->parameters.size() != call.arguments.size()) {
@@ -261,7 +257,7 @@ class PlanParser {
     std::vector<std::string> known = {"hand", scene::kWorld};
     for (const scene::Object& object : scene_.objects) known.push_back(object.name);
     for (const scene::Region& region : scene_.regions) known.push_back(region.name);
-    diagnostics_.Add(where, "unknown frame '" + name + "' " + role, Suggest(name, known));
+    diagnostics_.Add(where, "unknown frame '" + name + "' " + role, SuggestFrom(name, known));
   }
 
   const scene::Scene& scene_;

@@ -6,24 +6,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "tether/planning/action_reader.h"
-#include "tether/planning/checker.h"
+#include "tether/common/heap_counter.h"
 #include "tether/planning/test_scene.h"
-
-namespace {
-size_t allocations = 0;
-size_t allocated_bytes = 0;
-}  // namespace
-
-#if !defined(__SANITIZE_ADDRESS__)
-// Eigen allocates by malloc, so operator new is not enough to watch. One thread only.
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) {
-  ++allocations;
-  allocated_bytes += size;
-  return __libc_malloc(size);
-}
-#endif
 
 namespace tether::planning {
 namespace {
@@ -34,32 +18,17 @@ using Eigen::Vector3d;
 class HeapWatch {
  public:
   void Report(benchmark::State& state) const {
-    const auto per_iteration = [&](size_t now, size_t before) {
+    const auto per_iteration = [&](long now, long before) {
       return benchmark::Counter(static_cast<double>(now - before) / static_cast<double>(state.iterations()));
     };
-    state.counters["allocations"] = per_iteration(allocations, allocations_);
-    state.counters["allocated_bytes"] = per_iteration(allocated_bytes, bytes_);
+    state.counters["allocations"] = per_iteration(heap_allocations, allocations_);
+    state.counters["allocated_bytes"] = per_iteration(static_cast<long>(heap_bytes), bytes_);
   }
 
  private:
-  size_t allocations_ = allocations;
-  size_t bytes_ = allocated_bytes;
+  long allocations_ = heap_allocations;
+  long bytes_ = static_cast<long>(heap_bytes);
 };
-
-Problem MakeProblem(scene::Scene scene) {
-  Problem problem;
-  problem.title = "benchmark";
-  problem.scene = std::move(scene);
-  problem.actions = ReadActions(robot::DataDirectory() + "/models/actions/manipulation.yaml");
-  problem.robot.name = "panda";
-  problem.robot.model = robot::Model::Load("panda");
-  robot::State state(problem.robot.model);
-  const std::vector<double>& q = problem.scene.robots[0].q;
-  state.Set(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())),
-            Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.size())));
-  problem.robot.X_WHand = state.X_BH();
-  return problem;
-}
 
 /// A tower of `blocks` cubes of 3.5 to 7 cm, the smallest on top, on the last of three plates.
 scene::Scene HanoiScene(int blocks) {
@@ -120,7 +89,7 @@ std::vector<std::string> Actions(int blocks) {
 /// A problem, one of its skeletons, and the program of that.
 struct Example {
   explicit Example(int blocks)
-      : problem(MakeProblem(blocks == 0 ? ReachScene() : HanoiScene(blocks))), actions(Actions(blocks)) {}
+      : problem(PandaProblem(blocks == 0 ? ReachScene() : HanoiScene(blocks))), actions(Actions(blocks)) {}
 
   Problem problem;
   SceneFacts facts{problem};
@@ -211,10 +180,10 @@ void BM_NativeStep(benchmark::State& state) {
   };
   const auto solve = [&](int iterations) {
     options.max_iterations = iterations;
-    const size_t allocations_before = allocations;
+    const long allocations_before = heap_allocations;
     const double begin = ThreadSeconds();
     const nlp::Result result = solver->Solve(example.key_poses.program, example.key_poses.guess, options);
-    return Total{ThreadSeconds() - begin, static_cast<double>(allocations - allocations_before),
+    return Total{ThreadSeconds() - begin, static_cast<double>(heap_allocations - allocations_before),
                  result.iterations};
   };
   Total first, further;

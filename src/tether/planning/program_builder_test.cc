@@ -12,21 +12,6 @@
 
 namespace tether::planning {
 
-Problem ReachProblem() {
-  Problem problem;
-  problem.title = "reach";
-  problem.scene = ReachScene();
-  problem.actions = ReadActions(std::string(TETHER_SOURCE_DIR) + "/models/actions/manipulation.yaml");
-  problem.robot.name = "panda";
-  problem.robot.model = robot::Model::Load("panda");
-  robot::State state(problem.robot.model);
-  const std::vector<double>& q = problem.scene.robots[0].q;
-  state.Set(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())),
-            Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.size())));
-  problem.robot.X_WHand = state.X_BH();
-  return problem;
-}
-
 namespace {
 
 using ::testing::HasSubstr;

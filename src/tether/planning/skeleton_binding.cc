@@ -25,10 +25,8 @@ BoundConstraint Bind(const ConstraintSpec& spec, const scene::Scene& scene, Diag
   BoundConstraint bound;
   bound.kind = constraints::FindKind(spec.kind);
   if (bound.kind == nullptr) {
-    const std::string nearest = NearestMatch(spec.kind, constraints::KindNames());
     diagnostics.Add(spec.where, "unknown constraint '" + spec.kind + "'",
-                    (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
-                        "accepted: " + JoinAlternatives(constraints::KindNames()));
+                    SuggestFrom(spec.kind, constraints::KindNames()));
     return bound;
   }
   bound.parameters = constraints::ReadParameters(*bound.kind, spec.parameters, diagnostics);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tether/planning/action_reader.h"
 #include "tether/planning/problem.h"
 
 namespace tether::planning {
@@ -33,7 +34,22 @@ inline scene::Scene ReachScene() {
   return scene;
 }
 
-/// A problem over that scene with the shipped actions and the Panda.
-Problem ReachProblem();
+/// A problem over a scene whose first robot is a Panda, with the shipped actions.
+inline Problem PandaProblem(scene::Scene scene) {
+  Problem problem;
+  problem.title = "test";
+  problem.scene = std::move(scene);
+  problem.actions = ReadActions(robot::DataDirectory() + "/models/actions/manipulation.yaml");
+  problem.robot.name = "panda";
+  problem.robot.model = robot::Model::Load("panda");
+  robot::State state(problem.robot.model);
+  const std::vector<double>& q = problem.scene.robots[0].q;
+  state.Set(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())),
+            Eigen::VectorXd::Zero(static_cast<Eigen::Index>(q.size())));
+  problem.robot.X_WHand = state.X_BH();
+  return problem;
+}
+
+inline Problem ReachProblem() { return PandaProblem(ReachScene()); }
 
 }  // namespace tether::planning

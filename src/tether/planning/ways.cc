@@ -4,6 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "tether/planning/hand_path.h"
+
 namespace tether::planning {
 namespace {
 
@@ -42,26 +44,16 @@ Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPosePr
   Way way{variant, 0, false, key_poses.refutations, key_poses.refuted_action};
   if (!way.refutations.empty()) return way;
   const Problem& problem = facts.problem();
-  double travel = 0, turn = 0, out_of_reach = 0;
-  math::Pose X_WBefore = problem.robot.X_WHand;
-  const auto visit = [&](const math::Pose& X_WH) {
-    const double angle = math::AngleBetween(X_WBefore.R, X_WH.R);
-    travel += problem.program.weights.translation * (X_WH.p - X_WBefore.p).squaredNorm();
-    turn += problem.program.weights.rotation * angle * angle;
-    X_WBefore = X_WH;
-  };
+  std::vector<math::Pose> X_WHand;
+  double out_of_reach = 0;
   for (int t = 0; t < key_poses.tree.num_steps(); ++t) {
-    const math::Pose X_WH = key_poses.tree.PoseAt(constraints::kHand, t, key_poses.guess.poses);
-    visit(X_WH);
-    if (problem.robot.model == nullptr) continue;
-    const robot::Reach& reach = problem.robot.model->reach();
-    const double distance =
-        (problem.robot.X_WBase.Inverse() * (X_WH * reach.wrist_hand) - reach.centre).norm();
-    out_of_reach = std::max({out_of_reach, distance - reach.max, reach.min - distance});
+    X_WHand.push_back(key_poses.tree.PoseAt(constraints::kHand, t, key_poses.guess.poses));
+    if (problem.robot.model != nullptr)
+      out_of_reach = std::max(out_of_reach, OutOfReach(problem.robot, X_WHand.back()));
   }
-  if (problem.program.home) visit(problem.robot.X_WHand);
-  way.promise = travel + turn + kReachWeight * out_of_reach;
-  way.promising = turn <= kMuchTurning * (travel + turn) && out_of_reach <= kFarOutOfReach;
+  const HandCost cost = CostOfHand(problem, X_WHand);
+  way.promise = cost.total() + kReachWeight * out_of_reach;
+  way.promising = cost.turn <= kMuchTurning * cost.total() && out_of_reach <= kFarOutOfReach;
   return way;
 }
 

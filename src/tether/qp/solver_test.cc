@@ -2,38 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numeric>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "tether/common/heap_counter.h"
 #include "tether/common/random.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/hierarchy.h"
 #include "tether/qp/kkt.h"
 #include "tether/qp/test_problems.h"
-
-namespace {
-long allocations = 0;
-bool counting = false;
-}  // namespace
-
-#if !defined(__SANITIZE_ADDRESS__)
-// Eigen allocates by malloc, so operator new is not enough to watch.
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
-// What operator new takes for memory on cache lines.
-extern "C" void* __libc_memalign(std::size_t alignment, std::size_t size);
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  if (counting) ++allocations;
-  return __libc_memalign(alignment, size);
-}
-#endif
 
 namespace tether::qp {
 namespace {
@@ -334,7 +314,7 @@ TEST(SolverTest, ProblemsCanBeCopiedAndResized) {
   EXPECT_EQ(VectorXd(solver.x()), x);
 }
 
-#if !defined(__SANITIZE_ADDRESS__)
+#ifdef TETHER_COUNTS_ALLOCATIONS
 TEST(SolverTest, SolvingDoesNotAllocate) {
   Random random(9);
   std::vector<Problem> problems;
@@ -344,19 +324,16 @@ TEST(SolverTest, SolvingDoesNotAllocate) {
   Solver solver(12, 6, 40);
   HierarchySolver hierarchy(12, 6, 40);
   const std::vector<int> levels(40, 1);
-  allocations = 0;
-  counting = true;
+  const long before = heap_allocations;
   for (const Problem& problem : problems) {
     solver.Solve(problem, Start::kCold);
     solver.Solve(problem, Start::kWarm);
     hierarchy.Solve(problem, {levels.data(), static_cast<size_t>(problem.num_inequalities())});
   }
-  counting = false;
-  EXPECT_EQ(allocations, 0);
-  counting = true;
+  const long after = heap_allocations;
+  EXPECT_EQ(after, before);
   problems.emplace_back(3, 0, 3);
-  counting = false;
-  EXPECT_GT(allocations, 0) << "the count works";
+  EXPECT_GT(heap_allocations, after) << "the count works";
 }
 #endif
 

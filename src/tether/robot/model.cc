@@ -37,11 +37,9 @@ fs::path FindDescription(const std::string& name_or_path) {
   const fs::path folder = fs::path(DataDirectory()) / "models" / "robots";
   const fs::path shipped = folder / (name_or_path + ".yaml");
   if (fs::exists(shipped)) return shipped;
-  const std::vector<std::string> names = ShippedModels(folder);
-  const std::string nearest = NearestMatch(name_or_path, names);
-  throw InputError("there is no robot model '" + name_or_path + "'",
-                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " +
-                       JoinAlternatives(names) + ", or the path of a YAML file of format " + kFormat);
+  throw InputError(
+      "there is no robot model '" + name_or_path + "'",
+      SuggestFrom(name_or_path, ShippedModels(folder)) + ", or the path of a YAML file of format " + kFormat);
 }
 
 double Positive(ObjectReader& reader, std::string_view key) {
@@ -158,10 +156,8 @@ int FindInMjcf(const mjModel* model, mjtObj type, int count, const std::string& 
   const int id = mj_name2id(model, type, name.c_str());
   if (id >= 0) return id;
   const std::vector<std::string> names = NamesOf(model, type, count);
-  const std::string nearest = NearestMatch(name, names);
   diagnostics.Add(where, "the MJCF file has no " + word + " '" + name + "'",
-                  (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
-                      (names.empty() ? "it has none" : "accepted: " + JoinAlternatives(names)));
+                  names.empty() ? "it has none" : SuggestFrom(name, names));
   return -1;
 }
 

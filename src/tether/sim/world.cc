@@ -20,10 +20,8 @@ std::vector<std::string> Names(const auto& entries) {
 
 [[noreturn]] void ThrowUnknown(const std::string& word, const std::string& name,
                                const std::vector<std::string>& names) {
-  const std::string nearest = NearestMatch(name, names);
   throw InputError("the world has no " + word + " '" + name + "'",
-                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
-                       (names.empty() ? "it has none" : "accepted: " + JoinAlternatives(names)));
+                   names.empty() ? "it has none" : SuggestFrom(name, names));
 }
 
 bool IsFinite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); }

@@ -225,10 +225,8 @@ int World::Impl::ObjectIndex(const std::string& name) const {
     if (objects[i].name == name) return static_cast<int>(i);
     names.push_back(objects[i].name);
   }
-  const std::string nearest = NearestMatch(name, names);
   throw InputError("the world has no object '" + name + "'",
-                   (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") +
-                       (names.empty() ? "it has none" : "accepted: " + JoinAlternatives(names)));
+                   names.empty() ? "it has none" : SuggestFrom(name, names));
 }
 
 int World::Impl::OwnerIndex(const std::string& name) const {

@@ -4,28 +4,13 @@
 #include <utility>
 
 #include "tether/ltl/parser.h"
+#include "tether/symbolic/formula_parser.h"
 
 namespace tether::task {
 namespace {
 
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
-/// "did you mean 'x'? accepted: …".
 std::string Accepted(const std::string& word, const std::vector<std::string>& known) {
-  std::vector<std::string> lower;
-  for (const std::string& name : known) lower.push_back(Lower(name));
-  const std::string nearest = NearestMatch(Lower(word), lower);
-  std::string text;
-  for (size_t i = 0; i < known.size() && text.empty() && !nearest.empty(); ++i) {
-    if (lower[i] == nearest) text = "did you mean '" + known[i] + "'? ";
-  }
-  return text + "accepted: " + (known.empty() ? "none is declared" : JoinAlternatives(known));
+  return known.empty() ? "accepted: none is declared" : symbolic::Suggest(word, known);
 }
 
 /// Reads "on(box, table)", or "ready" and "ready()" where there are no arguments.

@@ -1,0 +1,27 @@
+#include "tether/planning/hand_path.h"
+
+#include <algorithm>
+
+namespace tether::planning {
+
+HandCost CostOfHand(const Problem& problem, const std::vector<math::Pose>& X_WHand) {
+  HandCost cost;
+  math::Pose before = problem.robot.X_WHand;
+  const auto visit = [&](const math::Pose& X_WH) {
+    const double angle = math::AngleBetween(before.R, X_WH.R);
+    cost.travel += problem.program.weights.translation * (X_WH.p - before.p).squaredNorm();
+    cost.turn += problem.program.weights.rotation * angle * angle;
+    before = X_WH;
+  };
+  for (const math::Pose& X_WH : X_WHand) visit(X_WH);
+  if (problem.program.home && !X_WHand.empty()) visit(problem.robot.X_WHand);
+  return cost;
+}
+
+double OutOfReach(const ActingRobot& robot, const math::Pose& X_WHand) {
+  const robot::Reach& reach = robot.model->reach();
+  const double distance = (robot.X_WBase.Inverse() * (X_WHand * reach.wrist_hand) - reach.centre).norm();
+  return std::max(distance - reach.max, reach.min - distance);
+}
+
+}  // namespace tether::planning
