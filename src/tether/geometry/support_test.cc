@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/common/random.h"
+#include "tether/geometry/polytope.h"
 #include "tether/geometry/reference.h"
 
 namespace tether::geometry {
@@ -159,6 +160,51 @@ TEST(RestingFacesTest, AreFacesOfTheHull) {
     for (const FlatFacet& face : faces) {
       EXPECT_NEAR(Support(shape, face.normal), face.offset, 1e-12);
       EXPECT_GE(face.polygon.size(), 3u);
+    }
+  }
+}
+
+/// Rolls the shape downhill from the side `n`: walks to where the centre of mass stands lowest over the
+/// ground.
+Vector3d RollDown(const Shape& shape, const Vector3d& centre, Vector3d n) {
+  const auto height = [&](const Vector3d& side) { return Support(shape, side) - side.dot(centre); };
+  double here = height(n);
+  for (double step = 0.3; step > 1e-7; step *= 0.5) {
+    for (bool lower = true; lower;) {
+      lower = false;
+      const Vector3d u = n.unitOrthogonal(), v = n.cross(u);
+      for (int i = 0; i < 24 && !lower; ++i) {
+        const double angle = 2 * pi * i / 24;
+        const Vector3d there = (n + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized();
+        if (height(there) >= here - 1e-9 * step) continue;
+        n = there;
+        here = height(n);
+        lower = true;
+      }
+    }
+  }
+  return n;
+}
+
+TEST(RestingFacesTest, WhereverAShapeComesToRestIsOneOfThem) {
+  Random random(7);
+  for (int i = 0; i < 12; ++i) {
+    Shape shape;
+    for (int k = 0; k < 3; ++k) {
+      const Pose X(math::ExpSO3(RandomDirection(random)), 0.1 * RandomDirection(random));
+      std::vector<Vector3d> points;
+      for (int p = 0; p < 12; ++p) points.push_back(0.06 * RandomDirection(random));
+      const Primitive options[] = {Box{{0.12, 0.1, 0.05}}, *MakeHull(points).hull, Sphere{0.05}};
+      shape.parts.push_back({options[i % 2 == 0 ? random.Index(2) : k], X});
+    }
+    const Vector3d centre = CentreOfMass(shape);
+    const std::vector<FlatFacet> faces = RestingFaces(shape, centre);
+    for (int start = 0; start < 20; ++start) {
+      const Vector3d down = RollDown(shape, centre, RandomDirection(random));
+      double nearest = pi;
+      for (const FlatFacet& face : faces)
+        nearest = std::min(nearest, std::acos(std::min(1.0, face.normal.dot(down))));
+      EXPECT_LT(nearest, 1e-3) << "shape " << i << " comes to rest on " << down.transpose();
     }
   }
 }

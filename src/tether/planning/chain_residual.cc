@@ -70,8 +70,8 @@ class ChainResidual final : public nlp::Residual {
     if (J == nullptr) return function_->Evaluate(span, r, nullptr);
 
     const Eigen::Index columns = 6 * static_cast<Eigen::Index>(num_frames_);
-    if (size() <= kMostRowsOnStack) {
-      std::array<double, 6 * kMostFrames * kMostRowsOnStack> buffer;  // NOLINT: written by the function
+    if (size() <= constraints::kMostRows) {
+      std::array<double, 6 * kMostFrames * constraints::kMostRows> buffer;  // NOLINT: written by the function
       ChainRows(x, span, r, Eigen::Map<Eigen::MatrixXd>(buffer.data(), size(), columns), *J);
     } else {
       Eigen::MatrixXd heap(size(), columns);
@@ -80,8 +80,6 @@ class ChainResidual final : public nlp::Residual {
   }
 
  private:
-  static constexpr int kMostRowsOnStack = 64;
-
   struct Link {
     int variable, parameter;  // one of them is −1
     int column;               // of the variable's block in the Jacobian
