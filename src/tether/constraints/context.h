@@ -76,11 +76,6 @@ class RowSink {
   virtual void Refute(const std::string& reason) = 0;
 };
 
-/// Adds half spaces over (B, A), as MakeHalfSpaces takes them, in functions of no more than kMostRows rows
-/// each.
-void AddHalfSpaces(nlp::Role role, const std::string& label, const std::vector<HalfSpaceRow>& rows,
-                   const std::vector<FrameAt>& frames, RowSink& sink);
-
 /// Takes what a geometric test finds.
 class Findings {
  public:

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tether/constraints/grasp.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/opposite_sides.h"
 #include "tether/constraints/surface.h"

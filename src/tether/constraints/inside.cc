@@ -3,6 +3,7 @@
 
 #include "tether/common/overloaded.h"
 #include "tether/constraints/grasp.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polytope.h"

@@ -3,6 +3,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
 #include "tether/geometry/bounds.h"

@@ -39,9 +39,6 @@ class PoseFunction {
 
 using PoseFunctionPtr = std::shared_ptr<const PoseFunction>;
 
-/// A function that a solver evaluates should not have more rows: up to here nothing is taken from the heap.
-inline constexpr int kMostRows = 64;
-
 /// One row of HalfSpaces: n_B · p_BQ − offset, for the point Q fixed in frame A.
 struct HalfSpaceRow {
   Eigen::Vector3d p_AQ;  ///< m

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tether/constraints/contact.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
 #include "tether/geometry/distance.h"

@@ -1,4 +1,4 @@
-#include "tether/constraints/context.h"
+#include "tether/constraints/half_space_rows.h"
 
 #include <algorithm>
 #include <cstddef>
