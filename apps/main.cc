@@ -58,7 +58,7 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
       ->type_name("S");
   command
       .add_option("--max-iterations", overrides.max_iterations,
-                  "Iterations of the nonlinear solver from one start, at most")
+                  "Iterations of one solve of a candidate's key poses (default 1000)")
       ->type_name("N");
 }
 
