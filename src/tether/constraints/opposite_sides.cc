@@ -81,11 +81,28 @@ std::vector<OppositeSides> FindOppositeSides(const geometry::Part& part, const V
   for (FlatSide& side : FlatSides(part)) {
     if (std::abs(side.normal.dot(approach)) < std::sin(kNearlyParallel)) level.push_back(std::move(side));
   }
-  std::vector<OppositeSides> all;
+  struct Pair {
+    double cosine;  // −1: exactly opposite
+    size_t i, j;
+    OppositeSides sides;
+  };
+  std::vector<Pair> pairs;
   for (size_t i = 0; i < level.size(); ++i) {
     for (size_t j = i + 1; j < level.size(); ++j) {
-      if (auto sides = Match(part, level[i], level[j], approach, finger)) all.push_back(std::move(*sides));
+      if (auto sides = Match(part, level[i], level[j], approach, finger))
+        pairs.push_back({level[i].normal.dot(level[j].normal), i, j, std::move(*sides)});
     }
+  }
+  // Of a finely tessellated rod, neighbours of the opposite side would do as well: each side has one partner.
+  const auto rounded = [](double cosine) { return std::round(1e9 * cosine); };
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [&](const Pair& a, const Pair& b) { return rounded(a.cosine) < rounded(b.cosine); });
+  std::vector<bool> taken(level.size(), false);
+  std::vector<OppositeSides> all;
+  for (Pair& pair : pairs) {
+    if (taken[pair.i] || taken[pair.j]) continue;
+    taken[pair.i] = taken[pair.j] = true;
+    all.push_back(std::move(pair.sides));
   }
   return all;
 }

@@ -22,9 +22,9 @@ struct OppositeSides {
 /// Sides this far from parallel to the fingers still count, rad.
 inline constexpr double kNearlyParallel = 0.1;
 
-/// Every such pair, in the order of the part's sides. Sides that are narrower than a finger needs count only
-/// if the part is not much narrower in a direction near by: fingers would turn it. `finger` is how far within
-/// the common part of the sides the middle of a finger stays where there is room, m.
+/// Such pairs, each side in one at most, the most parallel first. Sides that are narrower than a finger needs
+/// count only if the part is not much narrower in a direction near by: fingers would turn it. `finger` is how
+/// far within the common part of the sides the middle of a finger stays where there is room, m.
 std::vector<OppositeSides> FindOppositeSides(const geometry::Part& part, const Eigen::Vector3d& approach,
                                              double finger);
 

@@ -99,7 +99,7 @@ TEST(OppositeSidesTest, ABoxOfCornersIsTakenAsABox) {
 
 TEST(OppositeSidesTest, APrismHasAPairForEveryTwoSides) {
   Random random(2);
-  for (const int n : {4, 6, 8, 12, 32}) {
+  for (const int n : {4, 6, 8, 12, 32, 60}) {
     const Pose X = RandomPose(random);
     const Part part = HullPart(Prism(n, 0.05, 0.04), X);
     const auto all = FindOppositeSides(part, -X.R.col(2), kFinger);
