@@ -27,6 +27,7 @@ constexpr int kRestartIterations = 50;
 constexpr double kLeastSuspicious = 1e-3;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
+constexpr size_t kMostRivals = 2;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -60,7 +61,11 @@ class CandidateRun {
   CandidateReport Run() {
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
     const Way first = DescribeWay(facts_, {}, key_poses);
-    if (!first.promising || !Try(first, key_poses)) TryWays(first.promising);
+    if (first.promising && Try(first, key_poses)) {
+      TryRivals(first);
+    } else {
+      TryWays(first.promising);
+    }
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
     std::stable_sort(failed_.begin(), failed_.end(),
                      [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
@@ -136,9 +141,18 @@ class CandidateRun {
     return false;
   }
 
+  /// Others promise about as much as the first, which is feasible: the best of them may be cheaper.
+  void TryRivals(const Way& first) {
+    const std::vector<Way> rivals = FindRivals(facts_, steps_, first, limits_);
+    for (size_t i = 0; i < std::min(rivals.size(), kMostRivals) && !limits_.Over(); ++i) {
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, rivals[i].variant, {.near = kNear});
+      if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, kFirstIterations);
+    }
+  }
+
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
   void TryWays(bool tried) {
-    const Ways ways = FindWays(facts_, steps_, kLookedAt);
+    const Ways ways = FindWays(facts_, steps_, kLookedAt, limits_);
     exhausted_ = ways.exhausted;
     for (const Way& way : ways.refuted) {
       NoteRefutation(way.refutations, way.refuted_action);
@@ -183,6 +197,7 @@ class CandidateRun {
     LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
              result.Summary());
     report_.evaluations += result.evaluations;
+    if (result.status == nlp::Status::kFailed && !optimum_) report_.reason = result.message;
     last_violation_ = result.max_violation_m + result.max_violation_rad;
     NoteSuspect(key_poses.program, result);
     return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
