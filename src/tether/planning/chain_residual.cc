@@ -31,6 +31,20 @@ std::vector<nlp::BlockRef> BlocksOf(const std::vector<Chain>& chains) {
   return blocks;
 }
 
+/// Forces and moments, three columns of `rows` numbers each, from the frame at X to the one it is given in.
+void CarryOver(const Pose& X, Eigen::Index rows, double* columns) {
+  const Eigen::Matrix3d& R = X.R;
+  const Eigen::Vector3d& p = X.p;
+  for (double *c = columns, *end = columns + rows; c != end; ++c) {
+    const Eigen::Vector3d f = R * Eigen::Vector3d(c[0], c[rows], c[2 * rows]);
+    const Eigen::Vector3d m = R * Eigen::Vector3d(c[3 * rows], c[4 * rows], c[5 * rows]) + p.cross(f);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      c[i * rows] = f[i];
+      c[(i + 3) * rows] = m[i];
+    }
+  }
+}
+
 class ChainResidual final : public nlp::Residual {
  public:
   ChainResidual(std::string name, int step, constraints::PoseFunctionPtr function, FrameChains chains)
@@ -44,8 +58,9 @@ class ChainResidual final : public nlp::Residual {
     std::array<Pose, FrameChains::kMostFrames> buffer;
     const std::span<const Pose> poses = chains_.Poses(x, buffer);
     if (J == nullptr) return function_->Evaluate(poses, r, nullptr);
-    chains_.WithFrameJacobian(size(), [&](nlp::JacobianRef J_frames) {
-      function_->Evaluate(poses, r, &J_frames);
+    chains_.WithFrameJacobian(size(), [&](Eigen::Map<Eigen::MatrixXd> J_frames) {
+      nlp::JacobianRef all_frames(J_frames);
+      function_->Evaluate(poses, r, &all_frames);
       chains_.Carry(x, J_frames, *J);
     });
   }
@@ -72,10 +87,11 @@ class ArmResidual final : public nlp::Residual {
     const std::span<const Pose> poses = chains_.Poses(x, buffer);
     const Eigen::VectorXd& q = x.vectors[static_cast<size_t>(vector_)];
     if (J == nullptr) return function_->Evaluate(q, poses, r, nullptr, nullptr);
-    chains_.WithFrameJacobian(size(), [&](nlp::JacobianRef J_frames) {
+    chains_.WithFrameJacobian(size(), [&](Eigen::Map<Eigen::MatrixXd> J_frames) {
+      nlp::JacobianRef all_frames(J_frames);
       const Eigen::Index columns = 6 * static_cast<Eigen::Index>(chains_.blocks().size());
       nlp::JacobianRef J_q = J->rightCols(function_->dof());
-      function_->Evaluate(q, poses, r, &J_q, &J_frames);
+      function_->Evaluate(q, poses, r, &J_q, &all_frames);
       nlp::JacobianRef J_poses = J->leftCols(columns);
       chains_.Carry(x, J_frames, J_poses);
     });
@@ -129,24 +145,22 @@ std::span<const Pose> FrameChains::Poses(const nlp::Point& x, std::array<Pose, k
   return {buffer.data(), num_frames_};
 }
 
-void FrameChains::Carry(const nlp::Point& x, const nlp::JacobianRef& J_frames, nlp::JacobianRef& J) const {
+void FrameChains::Carry(const nlp::Point& x, Eigen::Map<Eigen::MatrixXd> J_frames,
+                        nlp::JacobianRef& J) const {
   J.setZero();
+  const Eigen::Index rows = J_frames.rows();
   for (size_t k = 0; k < num_frames_; ++k) {
     const Frame& frame = frames_[k];
-    for (int row = 0; row < J.rows(); ++row) {
-      Eigen::Vector3d force = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k)).transpose();
-      Eigen::Vector3d moment = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k) + 3).transpose();
-      for (size_t i = frame.end; i-- > frame.first_variable;) {
-        const Link& link = links_[i];
-        if (link.variable >= 0) {
-          J.block<1, 3>(row, link.column) += force.transpose();
-          J.block<1, 3>(row, link.column + 3) += moment.transpose();
+    double* const at_frame = J_frames.data() + 6 * static_cast<Eigen::Index>(k) * rows;
+    for (size_t i = frame.end; i-- > frame.first_variable;) {
+      const Link& link = links_[i];
+      if (link.variable >= 0) {
+        for (Eigen::Index column = 0; column < 6; ++column) {
+          double* const to = J.data() + (link.column + column) * J.outerStride();
+          for (Eigen::Index row = 0; row < rows; ++row) to[row] += at_frame[column * rows + row];
         }
-        if (i == frame.first_variable) break;
-        const Pose& X = PoseOf(link, x);
-        force = X.R * force;
-        moment = X.R * moment + X.p.cross(force);
       }
+      if (i != frame.first_variable) CarryOver(PoseOf(link, x), rows, at_frame);
     }
   }
 }

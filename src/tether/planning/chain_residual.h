@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tether/constraints/arm_function.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/pose_function.h"
 #include "tether/nlp/program.h"
 #include "tether/planning/frame_tree.h"
@@ -32,21 +33,19 @@ class FrameChains {
   template <typename Use>
   void WithFrameJacobian(int rows, Use use) const {
     const Eigen::Index columns = 6 * static_cast<Eigen::Index>(num_frames_);
-    if (rows <= kMostRowsOnStack) {
-      std::array<double, 6 * kMostFrames * kMostRowsOnStack> buffer;  // NOLINT: written by the function
+    if (rows <= constraints::kMostRows) {
+      std::array<double, 6 * kMostFrames * constraints::kMostRows> buffer;  // NOLINT: written by the function
       use(Eigen::Map<Eigen::MatrixXd>(buffer.data(), rows, columns));
     } else {
       Eigen::MatrixXd heap(rows, columns);
-      use(nlp::JacobianRef(heap));
+      use(Eigen::Map<Eigen::MatrixXd>(heap.data(), rows, columns));
     }
   }
   /// From derivatives in the frames to derivatives in the blocks: each row is, like a force and a moment at
   /// its frame, carried link by link towards the root.
-  void Carry(const nlp::Point& x, const nlp::JacobianRef& J_frames, nlp::JacobianRef& J) const;
+  void Carry(const nlp::Point& x, Eigen::Map<Eigen::MatrixXd> J_frames, nlp::JacobianRef& J) const;
 
  private:
-  static constexpr int kMostRowsOnStack = 64;
-
   struct Link {
     int variable, parameter;  // one of them is −1
     int column;               // of the variable's block in the Jacobian
