@@ -23,6 +23,7 @@ planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Sce
   acting.model = with_model ? model : nullptr;
   acting.X_WBase = scene.InitialPose(robot->name);
   acting.X_WHand = acting.X_WBase * state.X_BH();
+  if (with_model) acting.q = state.q();
   return acting;
 }
 

@@ -26,6 +26,8 @@ struct Task {
   std::string ltl;                   ///< A temporal goal; empty: none.
   std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
   int max_actions = 20;
+  /// Predicates of one parameter that hold at the start for exactly what the arm reaches.
+  std::vector<std::string> within_reach;
   Location where;
 };
 

@@ -232,6 +232,7 @@ class PlanParser {
         step.X_TC = math::Pose(Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]), step.X_TC.p);
       }
     }
+    if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
     if (const Value* execute = reader.Optional("execute")) {
       if (!execute->is_array()) {
         diagnostics_.Add(execute->where(), "'execute' of step is " + execute->KindName(), "a list of verbs");
@@ -242,6 +243,12 @@ class PlanParser {
     }
     reader.Finish();
     return step;
+  }
+
+  Eigen::VectorXd ReadJoints(const Value& value, const Plan& plan) {
+    const scene::Robot* robot = scene_.FindRobot(plan.robot);
+    const size_t n = robot != nullptr && !robot->q.empty() ? robot->q.size() : value.items().size();
+    return ReadVector(value, static_cast<int>(n), "'q' of step", diagnostics_).value_or(Eigen::VectorXd());
   }
 
   std::string ReadFrame(ObjectReader& reader, const std::string& key) {
@@ -291,6 +298,7 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   value.Set("action", step.action).Set("action_index", step.action_index);
   value.Set("control", step.control).Set("target", step.target);
   value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
+  if (step.q.size() > 0) value.Set("q", Value(step.q));
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));

@@ -61,6 +61,7 @@ Plan MakePlan() {
        "table",
        math::Pose(),
        {reach, WaitVerb{0.1}, GripperVerb{"", 13.5}, ShiftVerb{{1, 2, 3}, In::kHand, 0.07}}});
+  plan.steps[0].q = Eigen::Vector3d(0.1, -1.0 / 3, 2e-17);
   return plan;
 }
 

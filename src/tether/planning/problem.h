@@ -22,6 +22,7 @@ struct ActingRobot {
   std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
   math::Pose X_WBase;
   math::Pose X_WHand;  ///< Where the hand is at the start.
+  Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
 };
 
 /// How much each part of the objective weighs. Paper A, eq. (4).
