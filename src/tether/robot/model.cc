@@ -10,6 +10,7 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/reader.h"
+#include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"
 #include "tether/robot/mujoco_setup.h"
 
@@ -217,6 +218,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
 
   const mjModel* model = impl->mujoco.get();
+  std::vector<int> joint_ids, finger_ids;
   impl->lower.resize(n);
   impl->upper.resize(n);
   for (int i = 0; i < n; ++i) {
@@ -229,6 +231,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
                       "a joint of type hinge with a range is accepted");
       continue;
     }
+    joint_ids.push_back(id);
     impl->qpos_address.push_back(model->jnt_qposadr[id]);
     impl->dof_address.push_back(model->jnt_dofadr[id]);
     impl->lower[i] = model->jnt_range[2 * id];
@@ -243,6 +246,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
     const std::string& joint = impl->finger_joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
+    finger_ids.push_back(id);
     if (id >= 0 && (model->jnt_type[id] != mjJNT_SLIDE || !model->jnt_limited[id])) {
       diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a slide with limits",
                       "a joint of type slide with a range is accepted");
@@ -251,7 +255,18 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
                              root.Find("hand")->where(), diagnostics);
   diagnostics.ThrowIfAny();
-  return std::shared_ptr<const Model>(new Model(std::move(impl)));
+
+  ArmDescription arm = ReadArm(model, joint_ids, finger_ids, impl->site_id);
+  for (const std::string& problem : arm.problems) {
+    diagnostics.Add(root.Find("joints")->where(), problem,
+                    "a chain of joints is accepted, each moving the next one and the last one the hand");
+  }
+  diagnostics.ThrowIfAny();
+  impl->chain = std::move(arm.chain);
+  impl->solids.links = std::move(arm.links);
+  const std::shared_ptr<Model> loaded(new Model(std::move(impl)));
+  loaded->impl_->solids.pairs = PairsToCheck(loaded, arm.excluded);
+  return loaded;
 }
 
 const std::string& Model::name() const { return impl_->name; }
@@ -264,6 +279,8 @@ const Eigen::VectorXd& Model::max_torque() const { return impl_->max_torque; }
 const Eigen::VectorXd& Model::home() const { return impl_->home; }
 const Gripper& Model::gripper() const { return impl_->gripper; }
 const Reach& Model::reach() const { return impl_->reach; }
+const Chain& Model::chain() const { return impl_->chain; }
+const ArmSolids& Model::solids() const { return impl_->solids; }
 const std::string& Model::mjcf() const { return impl_->mjcf; }
 const std::string& Model::mjcf_path() const { return impl_->mjcf_path; }
 const std::string& Model::hand_site() const { return impl_->hand_site; }

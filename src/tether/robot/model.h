@@ -11,6 +11,9 @@
 
 namespace tether::robot {
 
+struct ArmSolids;
+struct Chain;
+
 /// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the
 /// pads, z the approach direction (out of the palm), y the closing axis.
 struct Gripper {
@@ -57,6 +60,10 @@ class Model {
   /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where
   /// it comes near things: the fingers are capsules along z (ERRATA A12).
   geometry::Shape HandShape(double opening) const;
+
+  /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.
+  const Chain& chain() const;
+  const ArmSolids& solids() const;
 
   /// The MuJoCo description that the simulation builds on: file text and path.
   const std::string& mjcf() const;
