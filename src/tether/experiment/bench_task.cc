@@ -160,10 +160,12 @@ class TaskBenchRun {
     measurement.algorithm = algorithm;
     options.first_at_once = true;
     options.max_states = bench_.options.max_states;
+    task::SearchLimits limits;
+    limits.interrupted = bench_.options.stop;
     for (int repetition = 0; repetition < bench_.options.repetitions; ++repetition) {
       const Stopwatch watch;
       task::SkeletonSearch search(MakeProduct(domain, problem, formula), options);
-      const task::SearchOutcome outcome = search.Next({.interrupted = bench_.options.stop});
+      const task::SearchOutcome outcome = search.Next(limits);
       const double seconds = watch.cpu_s();
       bench_.interrupted = outcome.status == task::SearchStatus::kInterrupted;
       if (bench_.interrupted) return;

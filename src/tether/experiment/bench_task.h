@@ -26,8 +26,8 @@ struct TaskRow {
   int items = 0, regions = 0, poses = 0;  ///< Poses per region; 0: regions as they are.
   int automaton_states = 0;               ///< Of the minimal automaton, where it is small; else 0.
   /// States of the task joined with the automaton's that can be reached. Empty: not counted.
-  std::optional<double> reachable;
-  std::vector<TaskMeasurement> searches;
+  std::optional<double> reachable = std::nullopt;
+  std::vector<TaskMeasurement> searches = {};
 };
 
 struct TaskBenchOptions {

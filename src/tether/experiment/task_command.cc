@@ -52,6 +52,7 @@ int ExitCodeOf(const TaskReport& report) {
 }
 
 std::string Message(const TaskReport& report) {
+  if (report.unsatisfiable) return task::kUnsatisfiable;
   if (report.plans.empty() && report.ended == task::SearchStatus::kExhausted) {
     return "no sequence of actions reaches the goal";
   }
@@ -99,6 +100,7 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
                                   std::chrono::duration<double>(std::min(arguments.time_limit_s, 1e9)));
   }
   auto product = std::make_unique<task::Product>(std::move(task), goal);
+  report.unsatisfiable = product->IsUnsatisfiable();
   if (arguments.search == "greedy") {
     task::GreedyResult result = FindGreedily(*product, limits);
     report.ended = result.status;

@@ -182,9 +182,14 @@ void Planner::Conclude() {
     report_.status = PlanStatus::kInterrupted;
   } else if (all_seen && all_proved) {
     report_.status = PlanStatus::kImpossible;
-    report_.message = report_.candidates.empty() ? "no sequence of actions reaches the goal"
-                                                 : "every sequence of actions is geometrically impossible: " +
-                                                       report_.candidates.front().reason;
+    if (source_.search().product().IsUnsatisfiable()) {
+      report_.message = task::kUnsatisfiable;
+    } else if (report_.candidates.empty()) {
+      report_.message = "no sequence of actions reaches the goal";
+    } else {
+      report_.message =
+          "every sequence of actions is geometrically impossible: " + report_.candidates.front().reason;
+    }
   } else {
     report_.status = PlanStatus::kGaveUp;
     if (ended == task::SearchStatus::kDepthLimit && report_.candidates.empty()) {
