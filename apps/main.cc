@@ -64,6 +64,10 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
       .add_option("--search", overrides.search,
                   "astar (default), dijkstra or bfs: action sequences cheapest first; greedy: some sequence, fast")
       ->type_name("NAME");
+  command
+      .add_option("--max-iterations", overrides.max_iterations,
+                  "Iterations of one solve of a candidate's key poses (default 1000)")
+      ->type_name("N");
 }
 
 void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run) {
