@@ -81,8 +81,10 @@ class ScenarioParser {
     scenario_.scene = std::move(reading.scene);
     scenario_.models = std::move(reading.models);
     where_ = std::move(reading.where);
-    if (const Value* actions = reader.Optional("actions"))
+    if (const Value* actions = reader.Optional("actions")) {
+      has_actions_ = true;
       ReadLibraries(reader.TextList("actions"), *actions);
+    }
     if (const Value* task = reader.Optional("task")) ReadTask(*task);
     if (const Value* constraints = reader.Optional("constraints")) ReadGlobalConstraints(*constraints);
     if (const Value* planning = reader.Optional("planning")) ReadPlanning(*planning);
@@ -206,7 +208,7 @@ class ScenarioParser {
       if (!task.domain.empty() && !task.problem.empty()) {
         scenario_.problem = ReadProblem(task.domain, task.problem);
         CheckProblem();
-      } else if (domain == nullptr && problem == nullptr && goal != nullptr &&
+      } else if (domain == nullptr && problem == nullptr && goal != nullptr && has_actions_ &&
                  !scenario_.scene.regions.empty()) {
         scenario_.problem = MakeRegionProblem(scenario_.scene, where_, task.where, diagnostics_);
         if (scenario_.problem != nullptr) CheckActions();
@@ -277,6 +279,8 @@ class ScenarioParser {
 
   void NeedDomain(const std::string& goal, const Location& where) {
     if (!scenario_.task.domain.empty() || !diagnostics_.empty()) return;
+    // A scene with regions only lacks actions; nobody has to plan it.
+    if (!scenario_.scene.regions.empty() && !has_actions_) return;
     diagnostics_.Add(where, goal + " without a domain",
                      "'domain' and 'problem' beside 'goal', or a scene with regions");
   }
@@ -413,6 +417,7 @@ class ScenarioParser {
   const std::map<std::string, std::string>& files_;
   std::string folder_;
   std::map<std::string, Location> where_;  ///< Where the scene's names were written.
+  bool has_actions_ = false;    ///< There is a list of libraries.
   bool libraries_read_ = true;  ///< None of those named is missing or broken.
   Diagnostics diagnostics_;
   Scenario scenario_;
