@@ -70,7 +70,7 @@ TEST(RegionTest, RectanglesAndSolidsHaveTheirOutline) {
 
 TEST(RegionTest, MovingTheWholeWorldChangesNothing) {
   Random random(1);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 30; ++i) {
     const Pose X_WR = RandomPose(random), X_WO = RandomPose(random), X = RandomPose(random);
     const geometry::Shape shape = Box(0.1, 0.2, 0.3);
     for (const RegionForm& form : {RegionForm(Disc{0.3}), RegionForm(Rectangle{{0.4, 0.3}}),
