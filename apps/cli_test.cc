@@ -148,8 +148,9 @@ TEST(CliTest, ATemporalGoalNeedsADomain) {
             "format: tether.scenario/1\nobjects: {a: {shape: {sphere: 1}}}\ntask: {goal: {ltl: F(x)}}\n");
   const Outcome outcome = Tether("plan '" + file + "'");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("tether_cli_ltl.yaml:3:21: a temporal goal without a domain ('domain' and "
-                                     "'problem' beside 'goal', or a scene with regions)"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("tether_cli_ltl.yaml:3:21: a temporal goal without a domain ('domain' and "
+                        "'problem' beside 'goal', or a scene with regions)"));
 }
 
 TEST(CliTest, ATemporalGoalTakesThePlaceOfTheScenarios) {
@@ -158,14 +159,17 @@ TEST(CliTest, ATemporalGoalTakesThePlaceOfTheScenarios) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return ParseYaml(outcome.out, "stdout").Find("plans")->items().at(0).Find("cost")->number();
   };
-  EXPECT_NEAR(best_cost("--goal 'F(on(blue,amber) & on(coral,blue) & on(denim,coral))'"), best_cost(""), 1e-9);
+  EXPECT_NEAR(best_cost("--goal 'F(on(blue,amber) & on(coral,blue) & on(denim,coral))'"), best_cost(""),
+              1e-9);
   const Outcome wrong = Tether("plan " + Scenario("stacking") + " --goal 'F on(blue,ambre)' --search astra");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_THAT(wrong.err, HasSubstr("--search: unknown 'astra' (did you mean 'astar'?"));
-  EXPECT_THAT(Tether("plan " + Scenario("stacking") + " --goal 'F on(blue,ambre)'").err,
-              HasSubstr("formula:1:3: unknown proposition 'on(blue,ambre)': there is no object 'ambre' (did you "
-                        "mean 'amber'?"));
-  const Outcome never = Tether("plan " + Scenario("stacking") + " --goal 'F(on(blue,amber) & !on(blue,amber))'");
+  EXPECT_THAT(
+      Tether("plan " + Scenario("stacking") + " --goal 'F on(blue,ambre)'").err,
+      HasSubstr("formula:1:3: unknown proposition 'on(blue,ambre)': there is no object 'ambre' (did you "
+                "mean 'amber'?"));
+  const Outcome never =
+      Tether("plan " + Scenario("stacking") + " --goal 'F(on(blue,amber) & !on(blue,amber))'");
   EXPECT_EQ(never.exit_code, 3);
   EXPECT_THAT(never.out, HasSubstr("the formula is unsatisfiable"));
 }

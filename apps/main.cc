@@ -61,8 +61,9 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command.add_option("--semantics", overrides.semantics, "Of the temporal goal: cosafe (default) or ltlf")
       ->type_name("NAME");
   command
-      .add_option("--search", overrides.search,
-                  "astar (default), dijkstra or bfs: action sequences cheapest first; greedy: some sequence, fast")
+      .add_option(
+          "--search", overrides.search,
+          "astar (default), dijkstra or bfs: action sequences cheapest first; greedy: some sequence, fast")
       ->type_name("NAME");
   command
       .add_option("--max-iterations", overrides.max_iterations,

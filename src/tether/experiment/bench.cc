@@ -172,7 +172,8 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
           {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
           {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
           {"control", "the QP solver of the control loop: time cold and warm, and residuals"},
-          {"task", "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
+          {"task",
+           "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {

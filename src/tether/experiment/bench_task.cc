@@ -115,8 +115,8 @@ class TaskBenchRun {
     const RegionLayout assistive = AssistiveLayout();
     Measure({.section = "eq. (21)", .name = "regions"}, assistive, kAssistiveGoal);
     for (int poses : {1, 2, 4, 9}) {
-      Measure({.section = "abstractions", .name = std::to_string(poses) + " poses", .poses = poses}, assistive,
-              kAssistiveGoal);
+      Measure({.section = "abstractions", .name = std::to_string(poses) + " poses", .poses = poses},
+              assistive, kAssistiveGoal);
     }
     for (int n = 1; n <= 8; ++n) {
       Measure({.section = "tasks", .name = std::to_string(n) + " tasks"}, assistive, TasksGoal(assistive, n));
@@ -242,7 +242,10 @@ Value WriteTaskBench(const TaskBench& bench) {
       searches.Append(std::move(one));
     }
     Value one = Value::Object();
-    one.Set("section", row.section).Set("name", row.name).Set("objects", row.items).Set("regions", row.regions);
+    one.Set("section", row.section)
+        .Set("name", row.name)
+        .Set("objects", row.items)
+        .Set("regions", row.regions);
     one.Set("poses_per_region", row.poses);
     if (row.automaton_states > 0) one.Set("automaton_states", row.automaton_states);
     if (row.reachable) one.Set("reachable", *row.reachable);

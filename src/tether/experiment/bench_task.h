@@ -13,10 +13,10 @@ namespace tether::experiment {
 
 /// One search of the benchmark.
 struct TaskMeasurement {
-  std::string algorithm;         ///< "astar"; "astar, all states": without symmetry; "dijkstra".
-  std::optional<double> cost;    ///< Of the cheapest plan; none: not found within the limits.
+  std::string algorithm;       ///< "astar"; "astar, all states": without symmetry; "dijkstra".
+  std::optional<double> cost;  ///< Of the cheapest plan; none: not found within the limits.
   uint64_t expanded = 0, generated = 0;
-  double seconds = 0;            ///< From the formula and the PDDL text to the plan.
+  double seconds = 0;  ///< From the formula and the PDDL text to the plan.
 };
 
 /// One task of the benchmark and what each search made of it.

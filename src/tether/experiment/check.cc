@@ -226,8 +226,8 @@ class FileChecker {
         const task::Product product(task, scenario.goal);  // throws where it names what does not exist
         check.notes.push_back("a temporal goal");
         if (product.IsUnsatisfiable())
-          check.problems.push_back(scenario.goal->where.ToString() + ": the goal can't be reached: " +
-                                   task::kUnsatisfiable);
+          check.problems.push_back(scenario.goal->where.ToString() +
+                                   ": the goal can't be reached: " + task::kUnsatisfiable);
       }
     }
     scenarios_.push_back(std::move(scenario));

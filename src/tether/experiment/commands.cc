@@ -79,7 +79,9 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
                                    ? ", up to " + std::to_string(problem.search.max_actions) + " actions"
                                    : "") +
                               ", seed " + std::to_string(problem.search.seed)));
-  if (problem.goal) terminal.Print("  " + problem.goal->formula.ToString() + terminal.Dim("  " + ToString(problem.goal->semantics)));
+  if (problem.goal)
+    terminal.Print("  " + problem.goal->formula.ToString() +
+                   terminal.Dim("  " + ToString(problem.goal->semantics)));
   int number = 0;
   planning::PlanReport report =
       planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {

@@ -172,7 +172,8 @@ void TemporalJudge::Observe(const Truth& truth, const std::vector<std::string>& 
     const auto i = static_cast<size_t>(proposition);
     bool holds = propositions_[i] == task::Propositions::kAlways;
     if (propositions_[i] >= 0) {
-      facts_.push_back(JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(propositions_[i])], state));
+      facts_.push_back(
+          JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(propositions_[i])], state));
       holds = facts_.back().holds;
     }
     if (holds) letter[i / 64] |= uint64_t{1} << (i % 64);

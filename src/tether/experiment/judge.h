@@ -46,8 +46,8 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
 bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area);
 
 /// Judges the problem's goal. The predicates `on` (of two objects), `in` (of an object and a region or group)
-/// and `inhand` (of an object) are taken from geometry; all others keep the symbolic value that they have after the plan's first `actions_done` actions,
-/// applied to the initial state.
+/// and `inhand` (of an object) are taken from geometry; all others keep the symbolic value that they have
+/// after the plan's first `actions_done` actions, applied to the initial state.
 Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
                     const std::vector<std::string>& actions, int actions_done);
 

@@ -99,7 +99,8 @@ const scene::Robot* ActingRobot(const scene::Scene& scene) {
 std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario) {
   const Location where = scenario.task.where.line > 0 ? scenario.task.where : Location{scenario.path, 0, 0};
   if (scenario.problem == nullptr && !scenario.task.ltl.empty()) {
-    throw InputError({{where, "the scenario has no actions", "actions: [regions], for a scene with regions"}});
+    throw InputError(
+        {{where, "the scenario has no actions", "actions: [regions], for a scene with regions"}});
   }
   if (scenario.problem == nullptr) {
     throw InputError({{where, "the scenario has no task",

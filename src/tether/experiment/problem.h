@@ -14,10 +14,11 @@ namespace tether::experiment {
 
 /// What the command line may say about planning; each overrides the scenario's key of the same meaning.
 struct PlanningOverrides {
-  std::string solver;     ///< Empty: the scenario's.
-  std::string goal;       ///< Temporal formula; empty: the scenario's goal.
-  std::string semantics;  ///< Of the formula, the scenario's if `goal` is empty: cosafe or ltlf. Empty: as it is.
-  std::string search;     ///< One of SearchNames(); empty: astar.
+  std::string solver;  ///< Empty: the scenario's.
+  std::string goal;    ///< Temporal formula; empty: the scenario's goal.
+  std::string
+      semantics;  ///< Of the formula, the scenario's if `goal` is empty: cosafe or ltlf. Empty: as it is.
+  std::string search;  ///< One of SearchNames(); empty: astar.
   std::optional<int> max_actions;
   std::optional<int> max_plans;
   std::optional<uint64_t> seed;

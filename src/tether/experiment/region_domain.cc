@@ -93,14 +93,15 @@ class LayoutFinder {
     double least = 1e300;
     for (const scene::Region& region : scene_.regions) {
       if (region.hub) continue;
-      const scene::RegionFit fit = scene::FitRegion(
-          region.form, scene::RegionPose(scene_, X_WO_, region), object.shape, X_WO_.at(object.name));
+      const scene::RegionFit fit = scene::FitRegion(region.form, scene::RegionPose(scene_, X_WO_, region),
+                                                    object.shape, X_WO_.at(object.name));
       const double miss = std::max(fit.outside, 0.0) + fit.height;
       if (miss >= least) continue;
       least = miss;
       nearest = ": ";
       if (!(fit.outside <= scene::RegionFit::kOutlineTolerance)) {
-        nearest += "its footprint reaches " + Fixed(1e3 * fit.outside, 1) + " mm beyond '" + region.name + "'";
+        nearest +=
+            "its footprint reaches " + Fixed(1e3 * fit.outside, 1) + " mm beyond '" + region.name + "'";
       } else {
         nearest += "it is " + Fixed(1e3 * fit.height, 1) + " mm above or below '" + region.name + "'";
       }

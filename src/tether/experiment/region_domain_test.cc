@@ -48,7 +48,8 @@ class RegionDomainTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = (std::filesystem::path(::testing::TempDir()) / (std::string("tether_region_") + test->name())).string();
+    folder_ = (std::filesystem::path(::testing::TempDir()) / (std::string("tether_region_") + test->name()))
+                  .string();
     std::filesystem::create_directories(folder_);
     WriteFile(folder_ + "/actions.yaml", kActions);
   }
@@ -65,7 +66,8 @@ class RegionDomainTest : public ::testing::Test {
       task::Product(MakeTask(scenario), scenario.goal);
     } catch (const InputError& error) {
       std::string all = error.what();
-      for (size_t at = 0; (at = all.find(folder_ + "/")) != std::string::npos;) all.erase(at, folder_.size() + 1);
+      for (size_t at = 0; (at = all.find(folder_ + "/")) != std::string::npos;)
+        all.erase(at, folder_.size() + 1);
       return all;
     }
     return "";
@@ -91,10 +93,9 @@ TEST_F(RegionDomainTest, PlansATemporalGoalWithoutPddl) {
   EXPECT_TRUE(report.complete);
   const planning::Plan& plan = report.best()->plan;
   // To b, to c, and back again; a is taken.
-  EXPECT_EQ(plan.actions,
-            (std::vector<std::string>{"move(b)", "grasp(plate,b)", "hold(plate,above)", "hold(plate,c)",
-                                      "place(plate,c)", "grasp(plate,c)", "hold(plate,above)", "hold(plate,b)",
-                                      "place(plate,b)"}));
+  EXPECT_EQ(plan.actions, (std::vector<std::string>{"move(b)", "grasp(plate,b)", "hold(plate,above)",
+                                                    "hold(plate,c)", "place(plate,c)", "grasp(plate,c)",
+                                                    "hold(plate,above)", "hold(plate,b)", "place(plate,b)"}));
   EXPECT_EQ(plan.cost, 9);
   ASSERT_EQ(plan.steps.size(), 9u);
   EXPECT_TRUE(plan.steps[3].target_is_region);
@@ -105,8 +106,8 @@ TEST_F(RegionDomainTest, PlansATemporalGoalWithoutPddl) {
   // Written and read again.
   const Value written = planning::WritePlan(plan, {"t", 1, "s"}, scenario.scene, scenario.actions);
   Diagnostics mistakes;
-  const planning::Plan read = planning::ParsePlan(ParseYaml(WriteJson(written), "plan"), scenario.scene,
-                                                  scenario.actions, mistakes);
+  const planning::Plan read =
+      planning::ParsePlan(ParseYaml(WriteJson(written), "plan"), scenario.scene, scenario.actions, mistakes);
   EXPECT_TRUE(mistakes.empty());
   ASSERT_EQ(read.steps.size(), plan.steps.size());
   EXPECT_TRUE(read.steps[3].target_is_region);
@@ -114,7 +115,8 @@ TEST_F(RegionDomainTest, PlansATemporalGoalWithoutPddl) {
 }
 
 TEST_F(RegionDomainTest, EverySearchFindsTheSameCost) {
-  const Scenario scenario = Load(kScene + "task: {goal: {ltl: 'F(in(cup,b) & in(plate,a)) & F in(cup,c)'}}\n");
+  const Scenario scenario =
+      Load(kScene + "task: {goal: {ltl: 'F(in(cup,b) & in(plate,a)) & F in(cup,c)'}}\n");
   double cost = -1;
   for (const std::string& search : SearchNames()) {
     PlanningOverrides overrides;
@@ -167,18 +169,25 @@ TEST_F(RegionDomainTest, PddlGoalsWorkToo) {
 
 TEST_F(RegionDomainTest, SaysWhatIsWrong) {
   const std::string task = "task: {goal: 'F in(cup,c)'}\n";
-  EXPECT_EQ(ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: a, position: [0.07, 0, 0.05]") + task),
-            "s.yaml:5:3: object 'cup' is in no region: its footprint reaches 12.2 mm beyond 'a' (its whole "
-            "footprint in a region, and standing there)");
-  EXPECT_EQ(ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: a, position: [0, 0, 0.15]") + task),
-            "s.yaml:5:3: object 'cup' is in no region: it is 100.0 mm above or below 'a' (its whole footprint in a "
-            "region, and standing there)");
-  EXPECT_EQ(ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: b, position: [0, 0, 0.05]") + task),
-            "s.yaml:6:3: region 'b' holds 2 objects, 'cup' and 'plate', but has a capacity of 1 (no more objects "
-            "than fit)");
-  EXPECT_EQ(ErrorOf(Replaced(kScene, ", hub: true", "") + task),
-            "s.yaml:14:7: no region connects the others, so the task needs a PDDL domain (a region with 'hub: "
-            "true', or 'domain' and 'problem')");
+  EXPECT_EQ(
+      ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: a, position: [0.07, 0, 0.05]") +
+              task),
+      "s.yaml:5:3: object 'cup' is in no region: its footprint reaches 12.2 mm beyond 'a' (its whole "
+      "footprint in a region, and standing there)");
+  EXPECT_EQ(
+      ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: a, position: [0, 0, 0.15]") +
+              task),
+      "s.yaml:5:3: object 'cup' is in no region: it is 100.0 mm above or below 'a' (its whole footprint in a "
+      "region, and standing there)");
+  EXPECT_EQ(
+      ErrorOf(Replaced(kScene, "parent: a, position: [0, 0, 0.05]", "parent: b, position: [0, 0, 0.05]") +
+              task),
+      "s.yaml:6:3: region 'b' holds 2 objects, 'cup' and 'plate', but has a capacity of 1 (no more objects "
+      "than fit)");
+  EXPECT_EQ(
+      ErrorOf(Replaced(kScene, ", hub: true", "") + task),
+      "s.yaml:14:7: no region connects the others, so the task needs a PDDL domain (a region with 'hub: "
+      "true', or 'domain' and 'problem')");
   EXPECT_THAT(ErrorOf(kScene + "task: {goal: 'F in(cup,side)'}\n"),
               HasSubstr("there is no object 'side' (did you mean 'sides'?"));
   EXPECT_THAT(ErrorOf(kScene + "task: {goal: 'F(in(cup,c)'}\n"), HasSubstr("s.yaml:14:"));
@@ -254,7 +263,8 @@ TEST(RegionLayoutTest, CapacitiesHold) {
         ASSERT_EQ(may, region.capacity == 0 || held[region.name] < region.capacity);
       }
       if (applicable.empty()) break;
-      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))], state);
+      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))],
+                          state);
     }
   }
 }
@@ -269,9 +279,11 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
     const RegionLayout layout = RandomLayout(random, one_each);
     if (layout.items.size() < 2) continue;
     const auto in = [&] {
-      const auto& item = layout.items[static_cast<size_t>(random.Index(static_cast<int>(layout.items.size())))];
+      const auto& item =
+          layout.items[static_cast<size_t>(random.Index(static_cast<int>(layout.items.size())))];
       const int area = random.Index(static_cast<int>(layout.regions.size()) + 1);
-      return "in(" + item.name + "," + (area == 0 ? "g" : layout.regions[static_cast<size_t>(area) - 1].name) + ")";
+      return "in(" + item.name + "," +
+             (area == 0 ? "g" : layout.regions[static_cast<size_t>(area) - 1].name) + ")";
     };
     const std::string text = "F(" + in() + " & " + in() + ") & F(" + in() + " & X F !" + in() + ")";
     const auto cost = [&](const std::shared_ptr<const Task>& task, bool blind) {

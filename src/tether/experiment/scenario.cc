@@ -265,7 +265,8 @@ class ScenarioParser {
     try {
       const ltl::Semantics semantics =
           task.semantics == "ltlf" ? ltl::Semantics::kLtlf : ltl::Semantics::kCosafe;
-      scenario_.goal = task::TemporalGoal{ltl::ParseFormula(task.ltl, value.where()), semantics, value.where()};
+      scenario_.goal =
+          task::TemporalGoal{ltl::ParseFormula(task.ltl, value.where()), semantics, value.where()};
       ltl::RequireSemantics(scenario_.goal->formula, semantics, value.where());
       for (const Diagnostic& warning :
            ltl::SemanticsWarnings(scenario_.goal->formula, semantics, value.where())) {
@@ -417,8 +418,8 @@ class ScenarioParser {
   const std::map<std::string, std::string>& files_;
   std::string folder_;
   std::map<std::string, Location> where_;  ///< Where the scene's names were written.
-  bool has_actions_ = false;    ///< There is a list of libraries.
-  bool libraries_read_ = true;  ///< None of those named is missing or broken.
+  bool has_actions_ = false;               ///< There is a list of libraries.
+  bool libraries_read_ = true;             ///< None of those named is missing or broken.
   Diagnostics diagnostics_;
   Scenario scenario_;
 };

@@ -42,14 +42,14 @@ struct GlobalConstraint {
 };
 
 struct PlanningSettings {
-  std::string solver = "native";    ///< native, ipopt or nlopt.
-  double weight_translation = 0.5;  ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
-  double weight_rotation = 1.5;     ///< β, on θ² in rad².
-  bool home = true;                 ///< First and last key pose are the hand's start.
-  bool robot = true;                ///< Reach and grasp of the robot constrain the plan.
-  int max_plans = 0;                ///< Ends after so many candidates; 0: no limit.
-  int threads = 0;                  ///< 0: as many as there are processors.
-  double time_limit_s = 0;          ///< Wall clock; 0: no limit.
+  std::string solver = "native";                       ///< native, ipopt or nlopt.
+  double weight_translation = 0.5;                     ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
+  double weight_rotation = 1.5;                        ///< β, on θ² in rad².
+  bool home = true;                                    ///< First and last key pose are the hand's start.
+  bool robot = true;                                   ///< Reach and grasp of the robot constrain the plan.
+  int max_plans = 0;                                   ///< Ends after so many candidates; 0: no limit.
+  int threads = 0;                                     ///< 0: as many as there are processors.
+  double time_limit_s = 0;                             ///< Wall clock; 0: no limit.
   int max_iterations = nlp::Options().max_iterations;  ///< Of one solve.
 };
 

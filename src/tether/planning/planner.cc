@@ -167,10 +167,9 @@ void Planner::Conclude() {
   report_.optimize_s = report_.total_s - report_.search_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   const bool enough = EnoughWithout(std::numeric_limits<double>::infinity());
-  const bool best_is_first =
-      problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
-  report_.complete = !limits_.Over() &&
-                     (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
+  const bool best_is_first = problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
+  report_.complete =
+      !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });

@@ -41,30 +41,29 @@ Outline MakeDisc(double radius, double half_height) { return {radius, {}, {}, -h
 Outline OutlineOf(const RegionForm& form) {
   const auto of_primitive = [](const geometry::Primitive& primitive) {
     return std::visit(
-        Overloaded{[](const geometry::Box& box) {
-                     return MakeRectangle(box.size.head<2>(), 0.5 * box.size.z());
-                   },
-                   [](const geometry::Sphere& sphere) { return MakeDisc(sphere.radius, sphere.radius); },
-                   [](const geometry::Capsule& capsule) {
-                     return MakeDisc(capsule.radius, capsule.radius + 0.5 * capsule.length);
-                   },
-                   [](const geometry::Cylinder& cylinder) {
-                     return MakeDisc(cylinder.radius, 0.5 * cylinder.length);
-                   },
-                   [](const geometry::Hull& hull) {
-                     std::vector<Vector2d> points;
-                     Outline outline;
-                     outline.lower = 1e300;
-                     outline.upper = -1e300;
-                     for (const Vector3d& vertex : hull.polytope->vertices) {
-                       points.push_back(vertex.head<2>());
-                       outline.lower = std::min(outline.lower, vertex.z());
-                       outline.upper = std::max(outline.upper, vertex.z());
-                     }
-                     outline.polygon = geometry::ConvexHull(std::move(points));
-                     outline.half_planes = geometry::EdgeHalfPlanes(outline.polygon);
-                     return outline;
-                   }},
+        Overloaded{
+            [](const geometry::Box& box) { return MakeRectangle(box.size.head<2>(), 0.5 * box.size.z()); },
+            [](const geometry::Sphere& sphere) { return MakeDisc(sphere.radius, sphere.radius); },
+            [](const geometry::Capsule& capsule) {
+              return MakeDisc(capsule.radius, capsule.radius + 0.5 * capsule.length);
+            },
+            [](const geometry::Cylinder& cylinder) {
+              return MakeDisc(cylinder.radius, 0.5 * cylinder.length);
+            },
+            [](const geometry::Hull& hull) {
+              std::vector<Vector2d> points;
+              Outline outline;
+              outline.lower = 1e300;
+              outline.upper = -1e300;
+              for (const Vector3d& vertex : hull.polytope->vertices) {
+                points.push_back(vertex.head<2>());
+                outline.lower = std::min(outline.lower, vertex.z());
+                outline.upper = std::max(outline.upper, vertex.z());
+              }
+              outline.polygon = geometry::ConvexHull(std::move(points));
+              outline.half_planes = geometry::EdgeHalfPlanes(outline.polygon);
+              return outline;
+            }},
         primitive);
   };
   return std::visit(Overloaded{of_primitive, [](const Disc& disc) { return MakeDisc(disc.radius, 0); },

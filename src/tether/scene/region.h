@@ -13,7 +13,7 @@ namespace tether::scene {
 /// the lowest of it along that axis.
 struct RegionFit {
   double outside = 0;  ///< How far the footprint reaches beyond the region's outline, m; negative: room left.
-  double height = 0;   ///< How far the foot is from the region, m: from its plane, or from the solid's extent.
+  double height = 0;  ///< How far the foot is from the region, m: from its plane, or from the solid's extent.
 
   /// The whole footprint is in the region (to 1 mm) and the foot stands there (to 1 cm).
   bool Holds() const { return outside <= kOutlineTolerance && height <= kHeightTolerance; }

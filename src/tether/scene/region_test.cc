@@ -22,7 +22,9 @@ Pose RandomPose(Random& random) {
 
 Pose At(double x, double y, double z) { return Pose(Eigen::Matrix3d::Identity(), {x, y, z}); }
 
-geometry::Shape Box(double x, double y, double z) { return geometry::Shape(geometry::Box{Vector3d(x, y, z)}); }
+geometry::Shape Box(double x, double y, double z) {
+  return geometry::Shape(geometry::Box{Vector3d(x, y, z)});
+}
 
 /// Its corners are further out than they are wide, whatever the yaw.
 TEST(RegionTest, ABoxIsInADiscWhenItsCornersAre) {

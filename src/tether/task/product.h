@@ -19,7 +19,8 @@ struct TemporalGoal {
 };
 
 /// What to say of a goal whose automaton accepts nothing.
-inline constexpr const char* kUnsatisfiable = "the formula is unsatisfiable: no sequence of states makes it true";
+inline constexpr const char* kUnsatisfiable =
+    "the formula is unsatisfiable: no sequence of states makes it true";
 
 /// For each proposition of the formula the atom of the task that it names, as on(box,table), in any case;
 /// kAlways or kNever if that can't change.
@@ -41,9 +42,7 @@ class Product {
 
   const symbolic::Task& task() const { return *task_; }
   /// The temporal goal is known to hold of no word at all.
-  bool IsUnsatisfiable() const {
-    return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial());
-  }
+  bool IsUnsatisfiable() const { return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial()); }
   /// 64-bit words of a state.
   size_t words() const { return task_->words() + (automaton_ ? 1 : 0); }
   /// The initial state; empty if the goal is lost there already.
@@ -61,7 +60,9 @@ class Product {
     forbidden_.resize(task_->actions().size(), false);
     forbidden_[static_cast<size_t>(action)] = true;
   }
-  bool IsForbidden(int action) const { return !forbidden_.empty() && forbidden_[static_cast<size_t>(action)]; }
+  bool IsForbidden(int action) const {
+    return !forbidden_.empty() && forbidden_[static_cast<size_t>(action)];
+  }
 
   /// Null for the problem's own goal.
   const TemporalGoal* goal() const { return goal_ ? &*goal_ : nullptr; }

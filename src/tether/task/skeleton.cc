@@ -121,11 +121,13 @@ void SkeletonSearch::StartLevel(int64_t cost) {
 }
 
 void SkeletonSearch::Push(int state, int rule, int64_t cost) {
-  path_.push_back({state,
-                   lifted_ ? lifted_->Edges(state)
-                           : std::span<const StateGraph::Edge>(graph_.begin_edges(state), graph_.end_edges(state)),
-                   rule, cost});
-  if (on_path_.size() <= static_cast<size_t>(state)) on_path_.resize(2 * static_cast<size_t>(state) + 1, false);
+  path_.push_back(
+      {state,
+       lifted_ ? lifted_->Edges(state)
+               : std::span<const StateGraph::Edge>(graph_.begin_edges(state), graph_.end_edges(state)),
+       rule, cost});
+  if (on_path_.size() <= static_cast<size_t>(state))
+    on_path_.resize(2 * static_cast<size_t>(state) + 1, false);
   on_path_[static_cast<size_t>(state)] = true;
   ++walked_;
 }

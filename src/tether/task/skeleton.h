@@ -95,8 +95,8 @@ class SkeletonSearch {
   SearchOutcome Next(const SearchLimits& limits = {});
 
   /// From now on, yields nothing that begins with the conflict's prefix, or, if its last action fails
-  /// anywhere, has that action. What was explored stays so: where much depends on such an action, a new search
-  /// whose product forbids it finds more quickly what is left.
+  /// anywhere, has that action. What was explored stays so: where much depends on such an action, a new
+  /// search whose product forbids it finds more quickly what is left.
   void AddConflict(const Conflict& conflict);
 
   /// Explores what is left of the product, beyond goals too; null when all of it is known. No Next() after
@@ -114,8 +114,8 @@ class SkeletonSearch {
   struct Frame {
     int state = -1;
     std::span<const StateGraph::Edge> edges;  ///< Those to be tried yet.
-    int rule = -1;                           ///< Node of the tree of forbidden prefixes, -1 when off it.
-    int64_t cost = 0;                        ///< So far.
+    int rule = -1;                            ///< Node of the tree of forbidden prefixes, -1 when off it.
+    int64_t cost = 0;                         ///< So far.
   };
 
   std::optional<SearchStatus> Explore(const SearchLimits& limits);
@@ -134,7 +134,7 @@ class SkeletonSearch {
   SkeletonOptions options_;
   StateGraph graph_;
   std::unique_ptr<LiftedStates> lifted_;  ///< What the walk goes through, where states stand for several.
-  double unit_ = 1;  ///< Of costs.
+  double unit_ = 1;                       ///< Of costs.
   bool every_action_costs_1_ = true;
   std::vector<int64_t> distance_;  ///< To the goal, per state of the graph.
   uint64_t distances_of_ = 0;      ///< Expansions when the distances were computed.
@@ -151,7 +151,7 @@ class SkeletonSearch {
   std::map<std::pair<int, int>, int>
       rules_;  ///< (node, action) → node of the tree of forbidden prefixes; 0 is the root.
   std::vector<bool> forbidden_{false};  ///< Per node of that tree.
-  std::vector<bool> never_;  ///< By action: fails anywhere. Empty: none does.
+  std::vector<bool> never_;             ///< By action: fails anywhere. Empty: none does.
   bool pruned_unproved_ = false;
   uint64_t walked_ = 0, tried_ = 0, ticks_ = 0;
 };

@@ -190,9 +190,8 @@ class ExchangeTest {
     for (size_t i = 0; i < formula.nodes().size(); ++i) {
       const ltl::Formula::Node& node = formula.nodes()[i];
       const bool connective = node.op <= ltl::Operator::kNot || node.op >= ltl::Operator::kAnd;
-      is_boolean[i] = connective && std::all_of(node.operands.begin(), node.operands.end(), [&](int k) {
-                        return is_boolean[static_cast<size_t>(k)];
-                      });
+      is_boolean[i] = connective && std::all_of(node.operands.begin(), node.operands.end(),
+                                                [&](int k) { return is_boolean[static_cast<size_t>(k)]; });
       if (is_boolean[i]) {
         before[i] = CodeOfNode(node, before, false);
         after[i] = CodeOfNode(node, after, true);
@@ -235,8 +234,8 @@ class ExchangeTest {
   size_t work_ = 0;
 };
 
-/// Objects that can be exchanged, in classes of two or more. Being exchangeable is an equivalence: an exchange
-/// of a and c is those of a and b, b and c, a and b after one another.
+/// Objects that can be exchanged, in classes of two or more. Being exchangeable is an equivalence: an
+/// exchange of a and c is those of a and b, b and c, a and b after one another.
 std::vector<std::vector<int>> FindClasses(const Product& product) {
   std::vector<std::vector<int>> classes;
   ExchangeTest test(product);
@@ -313,8 +312,8 @@ void Symmetry::MapActions(const symbolic::Task& task, Class& one) {
     if (one.member_of_action[i] < 0) continue;
     for (size_t k = 0; k < count; ++k) {
       std::vector<int> arguments = action.arguments;
-      std::replace(arguments.begin(), arguments.end(), one.objects[static_cast<size_t>(one.member_of_action[i])],
-                   one.objects[k]);
+      std::replace(arguments.begin(), arguments.end(),
+                   one.objects[static_cast<size_t>(one.member_of_action[i])], one.objects[k]);
       const auto image = index.find({action.schema, arguments});
       if (image == index.end()) maps_actions_ = false;
       one.images[i * count + k] = image == index.end() ? -1 : image->second;

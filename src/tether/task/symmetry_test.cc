@@ -57,7 +57,8 @@ TEST(SymmetryTest, FindsWhatCanBeExchanged) {
   EXPECT_THAT(ClassesOf(Product(Task::Ground(domains::Blocks8()))), IsEmpty());
   // Two packages from one place to one other.
   EXPECT_THAT(ClassesOf(Product(Task::Ground(domains::Logistics4()))),
-              ElementsAre(ElementsAre("obj11", "obj13"), ElementsAre("obj12", "obj22"), ElementsAre("obj21", "obj23")));
+              ElementsAre(ElementsAre("obj11", "obj13"), ElementsAre("obj12", "obj22"),
+                          ElementsAre("obj21", "obj23")));
 }
 
 TEST(SymmetryTest, AFormulaTellsObjectsApart) {
@@ -86,10 +87,13 @@ TEST(SymmetryTest, ARepresentativeIsTheSameForAllImages) {
     std::vector<int> applicable;
     for (int step = 0; step < 500; ++step) {
       task->FindApplicable(state, applicable);
-      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))], state);
+      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))],
+                          state);
       State image = state, canonical = state;
       for (const std::vector<int>& members : symmetry.Classes()) {
-        const auto pick = [&] { return members[static_cast<size_t>(random.Index(static_cast<int>(members.size())))]; };
+        const auto pick = [&] {
+          return members[static_cast<size_t>(random.Index(static_cast<int>(members.size())))];
+        };
         image = Exchange(*task, image, pick(), pick());
       }
       const bool changed = symmetry.Canonicalize(canonical);
