@@ -254,7 +254,9 @@ TEST(RegionLayoutTest, CapacitiesHold) {
       }
       task->FindApplicable(state, applicable);
       for (const RegionLayout::Place& region : layout.regions) {
-        if (region.capacity > 0) ASSERT_LE(held[region.name], region.capacity);
+        if (region.capacity > 0) {
+          ASSERT_LE(held[region.name], region.capacity);
+        }
         // Where the hand is with something, it may let go exactly if there is room.
         if (!holds("at(" + region.name + ")") || holds("handempty()") || holds("handempty")) continue;
         const bool may = std::any_of(applicable.begin(), applicable.end(), [&](int action) {
@@ -298,7 +300,9 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
     const double expected = cost(regions, true);
     solved += expected > 0;
     EXPECT_EQ(cost(regions, false), expected) << text;
-    if (one_each) EXPECT_EQ(cost(poses, false), expected) << text;
+    if (one_each) {
+      EXPECT_EQ(cost(poses, false), expected) << text;
+    }
   }
   EXPECT_GT(solved, 10);
 }
