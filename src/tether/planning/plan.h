@@ -20,6 +20,7 @@ struct PlanStep {
   /// The arm's joints, rad, in one configuration that has the hand there, as far as the plan knows: evidence
   /// that it can be had, and where the controller's posture begins. Empty: not known.
   Eigen::VectorXd q = {};
+  bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
 };
 
 /// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker
