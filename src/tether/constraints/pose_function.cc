@@ -1,34 +1,18 @@
 #include "tether/constraints/pose_function.h"
 
+#include "tether/constraints/relative.h"
 #include "tether/geometry/distance.h"
 
 namespace tether::constraints {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::RowVector3d;
 using Eigen::Vector3d;
+using internal::Relative;
 using math::Pose;
 using nlp::JacobianRef;
 using nlp::Unit;
 using nlp::VectorRef;
-
-/// The relative pose X_BA = X_B⁻¹ X_A and how it answers to perturbations: δ_A moves it as X_BA Exp(δ_A), δ_B
-/// as Exp(−δ_B) X_BA.
-struct Relative {
-  Pose X_BA;
-  explicit Relative(const Pose& X_B, const Pose& X_A) : X_BA(math::Between(X_B, X_A)) {}
-
-  /// d(n_B · p_BQ): columns for B at `b`, for A at `a`.
-  void PointRow(const Vector3d& n_B, const Vector3d& p_AQ, int row, int b, int a, JacobianRef& J) const {
-    const Vector3d p_BQ = X_BA * p_AQ;
-    const RowVector3d n_A = n_B.transpose() * X_BA.R;
-    J.block<1, 3>(row, a) = n_A;
-    J.block<1, 3>(row, a + 3) = p_AQ.cross(n_A.transpose()).transpose();
-    J.block<1, 3>(row, b) = -n_B.transpose();
-    J.block<1, 3>(row, b + 3) = -p_BQ.cross(n_B).transpose();
-  }
-};
 
 class HalfSpaces final : public PoseFunction {
  public:

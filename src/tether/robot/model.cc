@@ -84,10 +84,37 @@ std::vector<std::string> RequiredNames(ObjectReader& reader, std::string_view ke
   return names;
 }
 
+// Fingers on hinges: all of `open`, `closed` and `closing_torque`, or none.
+void ReadHinges(ObjectReader& reader, size_t fingers, Gripper& gripper) {
+  const auto keys = {std::pair{"open", &gripper.open}, std::pair{"closed", &gripper.closed},
+                     std::pair{"closing_torque", &gripper.closing_torque}};
+  if (std::none_of(keys.begin(), keys.end(),
+                   [&](const auto& key) { return reader.Optional(key.first) != nullptr; })) {
+    return;
+  }
+  for (const auto& [key, numbers] : keys) {
+    const Eigen::VectorXd read = RequiredVector(reader, key, static_cast<int>(fingers));
+    numbers->assign(read.data(), read.data() + read.size());
+  }
+  for (size_t i = 0; i < fingers; ++i) {
+    if (reader.value().Find("closed") != nullptr && gripper.open[i] == gripper.closed[i]) {
+      reader.diagnostics().Add(reader.value().Find("closed")->where(),
+                               "'closed' of gripper has finger " + std::to_string(i + 1) + " where it is open",
+                               "angles that differ from those of 'open' are accepted");
+    }
+    if (reader.value().Find("closing_torque") != nullptr && !(gripper.closing_torque[i] > 0)) {
+      reader.diagnostics().Add(reader.value().Find("closing_torque")->where(),
+                               "'closing_torque' of gripper has an entry that is not above zero",
+                               "numbers above zero are accepted");
+    }
+  }
+}
+
 void ReadGripper(const Value& value, Gripper& gripper, std::vector<std::string>& joints,
                  Diagnostics& diagnostics) {
   ObjectReader reader(value, "gripper", diagnostics);
   joints = RequiredNames(reader, "joints");
+  ReadHinges(reader, joints.size(), gripper);
   gripper.max_opening = Positive(reader, "max_opening");
   gripper.pad_half_width = Positive(reader, "pad_half_width");
   gripper.pad_half_height = Positive(reader, "pad_half_height");
@@ -243,15 +270,30 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
     const std::string& joint = impl->finger_joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
-    if (id >= 0 && (model->jnt_type[id] != mjJNT_SLIDE || !model->jnt_limited[id])) {
-      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a slide with limits",
-                      "a joint of type slide with a range is accepted");
+    const bool hinged = impl->gripper.hinged();
+    if (id >= 0 &&
+        (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
+      const std::string type = hinged ? "hinge" : "slide";
+      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a " + type + " with limits",
+                      "a joint of type " + type + " with a range is accepted" +
+                          (hinged ? "" : "; hinges need 'open', 'closed' and 'closing_torque'"));
     }
   }
   impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
                              root.Find("hand")->where(), diagnostics);
   diagnostics.ThrowIfAny();
   return std::shared_ptr<const Model>(new Model(std::move(impl)));
+}
+
+double Gripper::FingerPosition(size_t finger, size_t fingers, double opening) const {
+  if (!hinged()) return opening / static_cast<double>(fingers);
+  return closed[finger] + (open[finger] - closed[finger]) * opening / max_opening;
+}
+
+double Gripper::OpeningShare(size_t finger, size_t fingers, double position) const {
+  if (!hinged()) return position;
+  return max_opening / static_cast<double>(fingers) * (position - closed[finger]) /
+         (open[finger] - closed[finger]);
 }
 
 const std::string& Model::name() const { return impl_->name; }

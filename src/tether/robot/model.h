@@ -11,14 +11,25 @@
 
 namespace tether::robot {
 
-/// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the
-/// pads, z the approach direction (out of the palm), y the closing axis.
+/// A gripper, described in the hand frame: origin at the grasp point midway between the pads, z the approach
+/// direction (out of the palm), y the closing axis. Its fingers slide (a parallel gripper, whose opening is
+/// the sum of their positions) or turn on hinges (whose opening goes linearly from `closed` to `open`).
 struct Gripper {
   double max_opening = 0;      ///< Greatest distance between the pads, m.
   double pad_half_width = 0;   ///< Half the pad's extent along x, m.
   double pad_half_height = 0;  ///< Half the pad's extent along z, m.
   double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
   double max_force = 0;        ///< N at each pad.
+  /// Per finger that turns on a hinge; empty for fingers that slide.
+  std::vector<double> open, closed;    ///< rad, at `max_opening` and at an opening of zero
+  std::vector<double> closing_torque;  ///< Nm, at `max_force`
+
+  bool hinged() const { return !open.empty(); }
+  /// Where a finger is at this opening (m) of `fingers` fingers: m or rad.
+  double FingerPosition(size_t finger, size_t fingers, double opening) const;
+  /// The share of the opening (m) that a finger at this position (m or rad) contributes; their sum is the
+  /// opening.
+  double OpeningShare(size_t finger, size_t fingers, double position) const;
 };
 
 /// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand
