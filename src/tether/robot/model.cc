@@ -10,6 +10,7 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/reader.h"
+#include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"
 #include "tether/robot/mujoco_setup.h"
 
@@ -137,7 +138,7 @@ void ReadReach(const Value& value, Reach& reach, Diagnostics& diagnostics) {
   }
 }
 
-void ReadSolid(const Value& value, HandSolid& solid, Diagnostics& diagnostics) {
+void ReadSolid(const Value& value, bool hinged, HandSolid& solid, Diagnostics& diagnostics) {
   ObjectReader reader(value, "solid", diagnostics);
   if (const Value* palm = reader.Required("palm", "a map with radius, length and position")) {
     ObjectReader part(*palm, "palm", diagnostics);
@@ -146,7 +147,8 @@ void ReadSolid(const Value& value, HandSolid& solid, Diagnostics& diagnostics) {
     solid.palm_position = RequiredVector(part, "position", 3);
     part.Finish();
   }
-  if (const Value* finger = reader.Required("finger", "a map with radius, outward, from and to")) {
+  const char* finger_keys = "a map with radius, outward, from and to";
+  if (const Value* finger = hinged ? nullptr : reader.Required("finger", finger_keys)) {
     ObjectReader part(*finger, "finger", diagnostics);
     solid.finger_radius = Positive(part, "radius");
     solid.finger_outward = RequiredNumber(part, "outward");
@@ -219,7 +221,9 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     ReadGripper(*value, impl->gripper, impl->finger_joints, diagnostics);
   }
   if (const Value* value = reader.Required("reach", "a map")) ReadReach(*value, impl->reach, diagnostics);
-  if (const Value* value = reader.Required("solid", "a map")) ReadSolid(*value, impl->solid, diagnostics);
+  if (const Value* value = reader.Required("solid", "a map")) {
+    ReadSolid(*value, impl->gripper.hinged(), impl->solid, diagnostics);
+  }
   reader.Finish();
   CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
   CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
@@ -244,6 +248,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
 
   const mjModel* model = impl->mujoco.get();
+  std::vector<int> joint_ids, finger_ids;
   impl->lower.resize(n);
   impl->upper.resize(n);
   for (int i = 0; i < n; ++i) {
@@ -256,6 +261,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
                       "a joint of type hinge with a range is accepted");
       continue;
     }
+    joint_ids.push_back(id);
     impl->qpos_address.push_back(model->jnt_qposadr[id]);
     impl->dof_address.push_back(model->jnt_dofadr[id]);
     impl->lower[i] = model->jnt_range[2 * id];
@@ -270,6 +276,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
     const std::string& joint = impl->finger_joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
+    finger_ids.push_back(id);
     const bool hinged = impl->gripper.hinged();
     if (id >= 0 &&
         (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
@@ -282,7 +289,18 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
                              root.Find("hand")->where(), diagnostics);
   diagnostics.ThrowIfAny();
-  return std::shared_ptr<const Model>(new Model(std::move(impl)));
+
+  ArmDescription arm = ReadArm(model, joint_ids, finger_ids, impl->site_id);
+  for (const std::string& problem : arm.problems) {
+    diagnostics.Add(root.Find("joints")->where(), problem,
+                    "a chain of joints is accepted, each moving the next one and the last one the hand");
+  }
+  diagnostics.ThrowIfAny();
+  impl->chain = std::move(arm.chain);
+  impl->solids.links = std::move(arm.links);
+  const std::shared_ptr<Model> loaded(new Model(std::move(impl)));
+  loaded->impl_->solids.pairs = PairsToCheck(loaded, arm.excluded);
+  return loaded;
 }
 
 double Gripper::FingerPosition(size_t finger, size_t fingers, double opening) const {
@@ -306,6 +324,8 @@ const Eigen::VectorXd& Model::max_torque() const { return impl_->max_torque; }
 const Eigen::VectorXd& Model::home() const { return impl_->home; }
 const Gripper& Model::gripper() const { return impl_->gripper; }
 const Reach& Model::reach() const { return impl_->reach; }
+const Chain& Model::chain() const { return impl_->chain; }
+const ArmSolids& Model::solids() const { return impl_->solids; }
 const std::string& Model::mjcf() const { return impl_->mjcf; }
 const std::string& Model::mjcf_path() const { return impl_->mjcf_path; }
 const std::string& Model::hand_site() const { return impl_->hand_site; }
@@ -316,6 +336,12 @@ geometry::Shape Model::HandShape(double opening) const {
   std::vector<geometry::Part> parts;
   const math::Pose X_HPalm(math::RotationFromRpy({M_PI / 2, 0, 0}), solid.palm_position);
   parts.push_back({geometry::Capsule{solid.palm_radius, solid.palm_length}, X_HPalm});
+  if (impl_->gripper.hinged()) {
+    for (geometry::Part& part : ReadFingers(*this, impl_->mujoco.get(), impl_->site_id, opening)) {
+      parts.push_back(std::move(part));
+    }
+    return geometry::Shape(std::move(parts));
+  }
   for (const double side : {1.0, -1.0}) {
     const math::Pose X_HFinger(Eigen::Vector3d(0, side * (opening / 2 + solid.finger_outward),
                                                (solid.finger_from + solid.finger_to) / 2));

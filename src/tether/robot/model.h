@@ -11,6 +11,9 @@
 
 namespace tether::robot {
 
+struct ArmSolids;
+struct Chain;
+
 /// A gripper, described in the hand frame: origin at the grasp point midway between the pads, z the approach
 /// direction (out of the palm), y the closing axis. Its fingers slide (a parallel gripper, whose opening is
 /// the sum of their positions) or turn on hinges (whose opening goes linearly from `closed` to `open`).
@@ -65,9 +68,14 @@ class Model {
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;
-  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where
-  /// it comes near things: the fingers are capsules along z (ERRATA A12).
+  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m): the palm, then
+  /// the fingers. Smooth where it comes near things: sliding fingers are capsules along z (ERRATA A12); those
+  /// on hinges have the shapes of the MJCF file. The number of parts does not depend on `opening`.
   geometry::Shape HandShape(double opening) const;
+
+  /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.
+  const Chain& chain() const;
+  const ArmSolids& solids() const;
 
   /// The MuJoCo description that the simulation builds on: file text and path.
   const std::string& mjcf() const;

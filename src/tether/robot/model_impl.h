@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "tether/robot/kinematics.h"
 #include "tether/robot/model.h"
 
 struct mjModel_;
@@ -36,6 +37,8 @@ struct Model::Impl {
   Gripper gripper;
   Reach reach;
   HandSolid solid;
+  Chain chain;
+  ArmSolids solids;
   std::string mjcf;
   std::string mjcf_path;
 

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/shape.h"
+#include "tether/math/pose.h"
+
+namespace tether::robot {
+
+class Model;
+
+/// The arm as a chain of hinges. Link 0 is the base; link i is all that joint i moves and joint i + 1 does
+/// not. Link frame L0 is the base frame B; Li has its origin on joint i's axis and its z along it, so that
+/// X_{Li−1,Li}(q) = X_PJ · Rot_z(qᵢ − reference).
+struct Chain {
+  struct Joint {
+    math::Pose X_PJ;       ///< Li in Li−1 where the joint stands at its reference.
+    double reference = 0;  ///< rad
+  };
+  std::vector<Joint> joints;  ///< n, base to hand.
+  math::Pose X_LH;            ///< The hand in the last link's frame.
+  int dof() const { return static_cast<int>(joints.size()); }
+};
+
+/// A rigid body of the arm as a solid, in its link's frame. Fingers and the hand's own body are not among
+/// them: Model::HandShape() stands for both.
+struct LinkSolid {
+  std::string name;  ///< Of the body in the MJCF file.
+  int link = 0;      ///< 0 … n
+  geometry::Shape shape;
+};
+
+/// What of the arm takes up space, and which of it has to keep apart.
+struct ArmSolids {
+  std::vector<LinkSolid> links;  ///< Base to hand.
+  /// Pairs of links, by their indices in `links`, whose distance has to be looked at. Index links.size()
+  /// stands for the hand's solid. Left out: links next to each other, pairs that the MJCF file excludes, and
+  /// those that overlap in each of many random configurations.
+  std::vector<std::pair<int, int>> pairs;
+  int hand() const { return static_cast<int>(links.size()); }
+};
+
+/// Where the arm's links are in one configuration, for optimisers and velocity control: the mutable part, one
+/// per thread. Poses and Jacobians are in the base frame B. Allocates nothing after construction, and takes a
+/// fraction of a microsecond where State, which also knows the dynamics, takes several.
+class Kinematics {
+ public:
+  /// Set to the model's home.
+  explicit Kinematics(std::shared_ptr<const Model> model);
+
+  /// Joint positions, n, rad.
+  void Set(const Eigen::Ref<const Eigen::VectorXd>& q);
+
+  const Model& model() const { return *model_; }
+  int dof() const { return static_cast<int>(joints_.size()); }
+  const Eigen::VectorXd& q() const { return q_; }
+  /// Pose of link frame Li; i from 0 (the base) to n.
+  const math::Pose& X_BL(int link) const { return X_BL_[static_cast<size_t>(link)]; }
+  const math::Pose& X_BH() const { return X_BH_; }
+  /// A solid of the model's ArmSolids, or of the hand for index hand(): the pose of the frame that its shape
+  /// is given in.
+  const math::Pose& X_BSolid(int solid) const;
+
+  /// Writes the 6 × n Jacobian of the hand: (velocity of its origin; angular velocity) is J v. As
+  /// State::J_BH().
+  void HandJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// Writes the 3 × n Jacobian of the velocity of a point fixed to a link, given where it is now.
+  void PointJacobian(int link, const Eigen::Vector3d& p_BQ, Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// The derivative in q, 1 × n, of n_B · p_BQ for a point fixed to a link: what a distance needs whose
+  /// normal is n_B.
+  void AlongNormal(int link, const Eigen::Vector3d& p_BQ, const Eigen::Vector3d& n_B,
+                   Eigen::Ref<Eigen::RowVectorXd> row) const;
+  /// The derivative in q, 6 × n, of the hand's pose as a right perturbation X_BH · Exp(δ).
+  void HandBodyJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// The link that a solid is fixed to; the hand's is the last one.
+  int LinkOf(int solid) const;
+
+ private:
+  std::shared_ptr<const Model> model_;
+  std::vector<Chain::Joint> joints_;
+  Eigen::VectorXd q_;
+  std::vector<math::Pose> X_BL_;  // n + 1
+  math::Pose X_BH_;
+};
+
+}  // namespace tether::robot
