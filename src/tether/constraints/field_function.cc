@@ -32,8 +32,7 @@ class LineDistance final : public PoseFunction {
     const double c = b_.u.dot(u);
     const double sine2 = b_.u.cross(u).squaredNorm();
     // The nearest points: `t` along A's line. The lines part along n.
-    const double t =
-        sine2 > kParallel * kParallel ? (c * b_.u.dot(between) - u.dot(between)) / sine2 : 0.0;
+    const double t = sine2 > kParallel * kParallel ? (c * b_.u.dot(between) - u.dot(between)) / sine2 : 0.0;
     Vector3d gap = between + t * u;
     gap -= b_.u * b_.u.dot(gap);
     const double norm = gap.norm();
@@ -51,26 +50,33 @@ class LineDistance final : public PoseFunction {
 
 class Angle final : public PoseFunction {
  public:
-  Angle(const Vector3d& d_A, const Vector3d& e_B, double max)
-      : PoseFunction(1, 2, Unit::kRadian), d_A_(d_A), e_B_(e_B), max_(max) {}
+  Angle(const Vector3d& d_A, const Vector3d& e_B, double max, double per_height, const Vector3d& p_AQ)
+      : PoseFunction(1, 2, Unit::kRadian),
+        d_A_(d_A),
+        e_B_(e_B),
+        max_(max),
+        per_height_(per_height),
+        p_AQ_(p_AQ) {}
 
   void Evaluate(std::span<const Pose> X, VectorRef r, JacobianRef* J) const override {
-    const Eigen::Matrix3d R_BA = X[0].R.transpose() * X[1].R;
-    const Vector3d d_B = R_BA * d_A_;
+    const Relative relative(X[0], X[1]);
+    const Vector3d d_B = relative.X_BA.R * d_A_;
     Vector3d axis = e_B_.cross(d_B);
     const double sine = axis.norm();
-    r[0] = std::atan2(sine, e_B_.dot(d_B)) - max_;
+    const double height = std::max(0.0, (relative.X_BA * p_AQ_).z());
+    r[0] = std::atan2(sine, e_B_.dot(d_B)) - max_ - per_height_ * height;
     if (J == nullptr) return;
-    J->setZero();
+    relative.PointRow(Vector3d(0, 0, height > 0 ? -per_height_ : 0), p_AQ_, 0, 0, 6, *J);
     if (sine == 0) return;
     axis /= sine;
-    J->block<1, 3>(0, 9) = (R_BA.transpose() * axis).transpose();
-    J->block<1, 3>(0, 3) = -axis.transpose();
+    J->block<1, 3>(0, 9) += (relative.X_BA.R.transpose() * axis).transpose();
+    J->block<1, 3>(0, 3) -= axis.transpose();
   }
 
  private:
   Vector3d d_A_, e_B_;
-  double max_;
+  double max_, per_height_;
+  Vector3d p_AQ_;
 };
 
 class PointCone final : public PoseFunction {
@@ -107,7 +113,12 @@ PoseFunctionPtr MakeLineDistance(const Line& line_B, const Line& line_A, double 
 }
 
 PoseFunctionPtr MakeAngle(const Vector3d& d_A, const Vector3d& e_B, double max) {
-  return std::make_shared<Angle>(d_A, e_B, max);
+  return std::make_shared<Angle>(d_A, e_B, max, 0, Vector3d::Zero());
+}
+
+PoseFunctionPtr MakeNarrowingAngle(const Vector3d& d_A, const Vector3d& e_B, double max, double per_height,
+                                   const Vector3d& p_AQ) {
+  return std::make_shared<Angle>(d_A, e_B, max, per_height, p_AQ);
 }
 
 PoseFunctionPtr MakePointCone(double radius, const Vector3d& p_BQ_start, const Vector3d& p_AQ) {

@@ -33,14 +33,19 @@ PoseFunctionPtr MakeLineDistance(const Line& line_B, const Line& line_A, double 
 /// zero.
 PoseFunctionPtr MakeAngle(const Eigen::Vector3d& d_A, const Eigen::Vector3d& e_B, double max);
 
-/// Frames (B, A). How far the point Q of A is outside the cone trunk that leads to the disc of `radius` in B's
-/// xy plane, m: ‖(x, y)‖ − ρ with ρ = max(0, radius + (R₀ − radius) · z / h₀), where Q is at (x, y, z) in B and
-/// started at a distance R₀ from B's z axis and a height h₀ ≠ 0. Paper B, eqs. (3)–(11), in the form of ERRATA
-/// B1; a start within the radius gives the cylinder ρ = radius.
+/// Frames (B, A). The same with a cone that narrows towards B's xy plane: the angle less max + per_height ·
+/// z, z ≥ 0 the height of the point Q of A in B, rad. Brings things upright where they are put down.
+PoseFunctionPtr MakeNarrowingAngle(const Eigen::Vector3d& d_A, const Eigen::Vector3d& e_B, double max,
+                                   double per_height, const Eigen::Vector3d& p_AQ);
+
+/// Frames (B, A). How far the point Q of A is outside the cone trunk that leads to the disc of `radius` in
+/// B's xy plane, m: ‖(x, y)‖ − ρ with ρ = max(0, radius + (R₀ − radius) · z / h₀), where Q is at (x, y, z) in
+/// B and started at a distance R₀ from B's z axis and a height h₀ ≠ 0. Paper B, eqs. (3)–(11), in the form of
+/// ERRATA B1; a start within the radius gives the cylinder ρ = radius.
 PoseFunctionPtr MakePointCone(double radius, const Eigen::Vector3d& p_BQ_start, const Eigen::Vector3d& p_AQ);
 
-/// The same for a rectangle of full sides `size` in B's xy plane: four rows, each the signed distance of Q from
-/// the plane through one side that the start lies on, or the vertical one where the start is within that
+/// The same for a rectangle of full sides `size` in B's xy plane: four rows, each the signed distance of Q
+/// from the plane through one side that the start lies on, or the vertical one where the start is within that
 /// side. ERRATA B8.
 PoseFunctionPtr MakeFrustum(const Eigen::Vector2d& size, const Eigen::Vector3d& p_BQ_start,
                             const Eigen::Vector3d& p_AQ);

@@ -29,7 +29,8 @@ TEST(PointConeTest, LeadsFromTheStartToTheDisc) {
     const double angle = random.Uniform(0, 2 * M_PI);
     const Vector3d across(std::cos(angle), std::sin(angle), 0), up(0, 0, 1);
     const auto cone = MakePointCone(radius, start_radius * across + height * up, Vector3d::Zero());
-    EXPECT_NEAR(ValueAt(cone, start_radius * across + height * up), std::min(0.0, start_radius - radius), 1e-12);
+    EXPECT_NEAR(ValueAt(cone, start_radius * across + height * up), std::min(0.0, start_radius - radius),
+                1e-12);
     EXPECT_NEAR(ValueAt(cone, radius * across), 0, 1e-12);
     EXPECT_GT(ValueAt(cone, (radius + 0.01) * across), 0.009);
     const double share = random.Uniform(0, 1);
@@ -71,7 +72,8 @@ TEST(LineDistanceTest, IsTheLeastOverPointsOfBothLines) {
     double low = -1e3, high = 1e3;
     for (int i = 0; i < 200; ++i) {
       const double third = (high - low) / 3;
-      (to_b(low + third) < to_b(high - third) ? high : low) += to_b(low + third) < to_b(high - third) ? -third : third;
+      (to_b(low + third) < to_b(high - third) ? high : low) +=
+          to_b(low + third) < to_b(high - third) ? -third : third;
     }
     EXPECT_NEAR(distance, to_b(0.5 * (low + high)), 1e-7);
   }

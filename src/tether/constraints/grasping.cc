@@ -33,23 +33,21 @@ constexpr double kWidthWeight = 0.01;
 // Without a robot model: a parallel gripper of common size.
 constexpr double kDefaultOpening = 0.08;
 
+/// The widest thing that the gripper takes, m.
 double MaxOpening(const Context& context) {
-  return context.robot() != nullptr ? context.robot()->gripper().max_opening : kDefaultOpening;
+  if (context.robot() == nullptr) return kDefaultOpening;
+  const robot::Gripper& gripper = context.robot()->gripper();
+  return std::min(gripper.max_opening, gripper.max_width + kOpeningSlack);
 }
 
-struct Width {
-  std::optional<Vector3d> axis_P;  ///< None: round about the approach, any direction will do.
-  double width;
-  const char* name;
-};
+}  // namespace
 
-/// Directions of a part, in its own frame, along which parallel fingers that come along `approach_P` can
-/// close.
-std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const Vector3d& approach_P) {
+std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
+                                                const Vector3d& approach_P) {
   const bool along_z = std::abs(approach_P.z()) > 0.9;
   if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
     static const char* const names[] = {"x", "y", "z"};
-    std::vector<Width> widths;
+    std::vector<ClosingDirection> widths;
     for (int i = 0; i < 3; ++i) {
       if (std::abs(approach_P[i]) < 0.1) widths.push_back({Vector3d::Unit(i), box->size[i], names[i]});
     }
@@ -65,6 +63,8 @@ std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const
   if (std::abs(approach_P.z()) > 0.1) return {};
   return {{approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
 }
+
+namespace {
 
 /// The rotation of a hand that approaches along `approach` and closes along `closing`, turned the way round
 /// that is nearer to `R_now` (the gripper is symmetric).
@@ -209,7 +209,8 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
     Grasp grasp;
     grasp.part = static_cast<int>(i);
     grasp.approach_O = context.DownFace(object);
-    for (const Width& way : ClosingDirections(part.primitive, part.X_SP.R.transpose() * grasp.approach_O)) {
+    for (const ClosingDirection& way :
+         ClosingDirections(part.primitive, part.X_SP.R.transpose() * grasp.approach_O)) {
       smallest = std::min(smallest, way.width);
       if (way.width > opening) continue;
       grasp.closing_O.reset();

@@ -151,23 +151,28 @@ class PointDistanceFunction final : public PoseFunction {
 
 class AxisDistance final : public PoseFunction {
  public:
-  AxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ, double distance)
-      : PoseFunction(1, 2, Unit::kMetre), p_BP_(p_BP), u_B_(u_B), p_AQ_(p_AQ), distance_(distance) {}
+  AxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ, double distance, double sign)
+      : PoseFunction(1, 2, Unit::kMetre),
+        p_BP_(p_BP),
+        u_B_(u_B),
+        p_AQ_(p_AQ),
+        distance_(distance),
+        sign_(sign) {}
 
   void Evaluate(std::span<const Pose> X, VectorRef r, JacobianRef* J) const override {
     const Relative relative(X[0], X[1]);
     Vector3d d = relative.X_BA * p_AQ_ - p_BP_;
     d -= u_B_ * u_B_.dot(d);
     const double norm = d.norm();
-    r[0] = norm - distance_;
+    r[0] = sign_ * (norm - distance_);
     if (J == nullptr) return;
-    const Vector3d n = norm > 0 ? Vector3d(d / norm) : Vector3d::Zero();
+    const Vector3d n = norm > 0 ? Vector3d(sign_ * d / norm) : Vector3d::Zero();
     relative.PointRow(n, p_AQ_, 0, 0, 6, *J);
   }
 
  private:
   Vector3d p_BP_, u_B_, p_AQ_;
-  double distance_;
+  double distance_, sign_;
 };
 
 class PartDistance final : public PoseFunction {
@@ -260,8 +265,8 @@ PoseFunctionPtr MakePointDistance(const Vector3d& p_BP, const Vector3d& p_AQ, do
 }
 
 PoseFunctionPtr MakeAxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ,
-                                 double distance) {
-  return std::make_shared<AxisDistance>(p_BP, u_B, p_AQ, distance);
+                                 double distance, double sign) {
+  return std::make_shared<AxisDistance>(p_BP, u_B, p_AQ, distance, sign);
 }
 
 PoseFunctionPtr MakePartDistance(geometry::Part a, geometry::Part b, double distance, double sign) {

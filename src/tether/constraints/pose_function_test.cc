@@ -72,6 +72,11 @@ std::vector<Named> AllFunctions() {
        }},
       {"Angle",
        [](Random& r) { return MakeAngle(RandomVector(r).normalized(), RandomVector(r).normalized(), 0.35); }},
+      {"NarrowingAngle",
+       [](Random& r) {
+         return MakeNarrowingAngle(RandomVector(r).normalized(), RandomVector(r).normalized(), 0.1, 0.7,
+                                   RandomVector(r));
+       }},
       {"PointCone",
        [](Random& r) {
          const Vector3d start(r.Normal(), r.Normal(), r.Uniform(0.1, 1));

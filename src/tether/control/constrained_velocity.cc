@@ -18,6 +18,8 @@ using nlp::Unit;
 
 // Goals and fields have at most so many rows each.
 constexpr int kMaxFunctionRows = 12;
+// What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
+constexpr double kRounding = 1e-4;
 
 double Clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
 
@@ -27,9 +29,9 @@ void VelocityOptions::Validate() const {
   Diagnostics diagnostics;
   const auto require = [&](const char* name, double value, bool zero) {
     if (std::isfinite(value) && (value > 0 || (zero && value == 0))) return;
-    diagnostics.Add({}, std::string("'") + name + "' of the velocity controller is " + std::to_string(value),
-                    zero ? "a finite number of at least zero is accepted"
-                         : "a finite number above zero is accepted");
+    diagnostics.Add(
+        {}, std::string("'") + name + "' of the velocity controller is " + std::to_string(value),
+        zero ? "a finite number of at least zero is accepted" : "a finite number above zero is accepted");
   };
   require("gain", gain, false);
   require("damping", damping, false);
@@ -59,9 +61,9 @@ struct ConstrainedVelocity::Impl {
     Eigen::VectorXd r;
   };
 
-  Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in, const std::vector<Solid>& objects,
-       std::vector<ClearanceConstraint> clearances, std::vector<FieldConstraint> fields_in,
-       const VelocityOptions& options_in);
+  Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
+       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
 
   void AddPairs(const ClearanceConstraint& clearance, int constraint);
   void AddSelfPairs(int constraint);
@@ -72,6 +74,7 @@ struct ConstrainedVelocity::Impl {
   void AddPairRows();
   void AddFieldRows(Field& field, int constraint);
   void AddGoal(const Goal& goal);
+  void AddPosture(const Goal& goal);
   void SetBounds();
   double* NewRow(int constraint, double value, double drift, Priority priority, int a, int b);
   /// Adds scale · d(n · v)/dq̇ of the point p on a link.
@@ -202,8 +205,8 @@ bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
   return true;
 }
 
-double* ConstrainedVelocity::Impl::NewRow(int constraint, double value, double drift, Priority priority, int a,
-                                          int b) {
+double* ConstrainedVelocity::Impl::NewRow(int constraint, double value, double drift, Priority priority,
+                                          int a, int b) {
   const auto index = static_cast<size_t>(num_rows++);
   rows[index] = {constraint, value, drift, priority, a, b};
   double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
@@ -273,14 +276,20 @@ double ConstrainedVelocity::Impl::Drift(const Eigen::MatrixXd& J, int r, const P
 
 void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
   const FieldConstraint& spec = field.spec;
+  Frame frame = spec.frame;
+  if (frame.object != -1) {
+    if (bodies.held() < 0 || (frame.object != kHeld && frame.object != bodies.held())) return;
+    frame.object = bodies.held();
+  }
   math::Vector6d V_BT;
-  const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(spec.frame, false, nullptr)};
+  const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(frame, false, nullptr)};
   nlp::JacobianRef J(field.J);
   spec.function->Evaluate(X, field.r, &J);
   const double buffer = spec.function->unit() == Unit::kMetre ? options.buffer : 0;
   for (int r = 0; r < field.r.size(); ++r) {
     if (!std::isfinite(field.r[r])) continue;
-    double* row = NewRow(constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), spec.priority, -1, -1);
+    double* row =
+        NewRow(constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), spec.priority, -1, -1);
     Chain(field.J, r, X[1], n, row);
     for (int i = 0; i < n; ++i) row[i] = -row[i];
   }
@@ -309,6 +318,18 @@ void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
       g += 2 * weight * weight * residual * goal_row;
     }
   }
+}
+
+void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
+  const double furthest = (kinematics.q() - goal.posture).cwiseAbs().maxCoeff();
+  const double wanted = options.gain * furthest;
+  const double share = options.gain * (wanted > goal.turn_speed ? goal.turn_speed / wanted : 1.0);
+  const double weight = 2 * options.rotation_weight * options.rotation_weight;
+  for (int i = 0; i < n; ++i) {
+    H(i, i) += weight;
+    g[i] += weight * share * (kinematics.q()[i] - goal.posture[i]);
+  }
+  error_rad = std::max(error_rad, furthest);
 }
 
 void ConstrainedVelocity::Impl::SetBounds() {
@@ -345,7 +366,7 @@ void ConstrainedVelocity::Impl::Solve() {
     for (int i = 0; i < n; ++i) A(r, i) = jacobian[i];
     A_lower[r] = std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
     levels[static_cast<size_t>(r)] = 1 + row.priority;
-    if (row.value < -options.buffer && (flags.worst < 0 || -row.value > flags.violation)) {
+    if (row.value < -options.buffer - kRounding && (flags.worst < 0 || -row.value > flags.violation)) {
       flags.escaping = true;
       flags.worst = row.constraint;
       flags.violation = -row.value;
@@ -413,6 +434,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   s.H = 2 * s.options.damping * Eigen::MatrixXd::Identity(s.n, s.n);
   s.g.setZero();
   if (goal != nullptr) s.AddGoal(*goal);
+  if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);
   s.AddPairRows();
   for (size_t i = 0; i < s.fields.size(); ++i) {
     s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));

@@ -17,16 +17,16 @@ namespace tether::control {
 
 /// How the velocity controller is set. Paper B uses a gain of 100 and a damping of 0.001 at 200 Hz.
 struct VelocityOptions {
-  double gain = 1;              ///< η of eq. (2): errors of the objective decay at this rate, 1/s.
-  double damping = 0.001;       ///< λ of eq. (2), on ‖q̇‖² beside m²/s².
-  double rotation_weight = 0.3; ///< What a radian counts in the objective, m.
-  double field_gain = 5;        ///< η of the inequalities: distances shrink no faster than at this rate, 1/s.
-  double joint_gain = 5;        ///< k of eq. (13), 1/s.
-  double joint_margin = 0;      ///< From the limits towards the middle of the range (ERRATA B2), rad.
-  double buffer = 0.002;        ///< Added to each safe distance, for what the arm's servo lags behind, m.
-  double self_distance = 0.005; ///< Between parts of the arm, m.
-  double range = 0.15;          ///< Pairs further apart than their safe distance and this get no row, m.
-  double escape_speed = 0.05;   ///< Greatest speed at which a violated row is left, m/s or rad/s.
+  double gain = 1;               ///< η of eq. (2): errors of the objective decay at this rate, 1/s.
+  double damping = 0.001;        ///< λ of eq. (2), on ‖q̇‖² beside m²/s².
+  double rotation_weight = 0.3;  ///< What a radian counts in the objective, m.
+  double field_gain = 5;    ///< η of the inequalities: distances shrink no faster than at this rate, 1/s.
+  double joint_gain = 5;    ///< k of eq. (13), 1/s.
+  double joint_margin = 0;  ///< From the limits towards the middle of the range (ERRATA B2), rad.
+  double buffer = 0.002;    ///< Added to each safe distance, for what the arm's servo lags behind, m.
+  double self_distance = 0.005;  ///< Between parts of the arm, m.
+  double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
+  double escape_speed = 0.05;    ///< Greatest speed at which a violated row is left, m/s or rad/s.
   /// Throws InputError naming every field that is not finite or out of bounds.
   void Validate() const;
 };
@@ -38,20 +38,24 @@ using Priority = int;
 /// Two sets of bodies, as in ArmBodies, that keep a distance. Pairs that the arm cannot move are left out.
 struct ClearanceConstraint {
   std::string name;
-  std::vector<int> of;     ///< Bodies of the arm.
-  bool held = false;       ///< The object in the hand as well.
-  std::vector<int> to;     ///< Indices of objects.
-  double distance = 0;     ///< m
+  std::vector<int> of;  ///< Bodies of the arm.
+  bool held = false;    ///< The object in the hand as well.
+  std::vector<int> to;  ///< Indices of objects.
+  double distance = 0;  ///< m
   Priority priority = 0;
 };
 
+/// Frame::object for whatever the hand holds.
+inline constexpr int kHeld = -2;
+
 /// A frame that constraints and objectives speak of: fixed to the hand or to an object.
 struct Frame {
-  int object = -1;  ///< Index; −1: the hand, or the robot's base for targets.
+  int object = -1;  ///< Index, or kHeld; −1: the hand, or the robot's base for targets.
   math::Pose X_OF;  ///< In the object's, hand's or base's frame.
 };
 
-/// A function of frames (target, frame) that must not be above zero: a vector-field inequality.
+/// A function of frames (target, frame) that must not be above zero: a vector-field inequality. If the frame
+/// is an object's, it counts while that is held.
 struct FieldConstraint {
   std::string name;
   constraints::PoseFunctionPtr function;
@@ -65,6 +69,8 @@ struct Goal {
   Frame target, frame;
   double speed = 0.25;      ///< m/s, the most that is asked of functions in m …
   double turn_speed = 1.0;  ///< … and in rad, rad/s.
+  /// Joint positions to go to as well, n, rad, each joint at up to `turn_speed`; empty: none.
+  Eigen::VectorXd posture;
 };
 
 /// What an arm and the world look like at a tick.
@@ -76,11 +82,11 @@ struct VelocityInput {
 
 /// What the last tick had to do besides following its goal.
 struct VelocityFlags {
-  bool fault = false;    ///< The input was not finite or the problem has no solution: the arm stops.
-  bool relaxed = false;  ///< Rows conflicted; the largest violation was minimised.
-  bool escaping = false; ///< A constraint is violated; it is left at a bounded speed.
-  int worst = -1;        ///< The constraint of the most violated row, for constraint_name().
-  double violation = 0;  ///< Of that row's speed, m/s or rad/s, with `relaxed`; else its depth, m or rad.
+  bool fault = false;     ///< The input was not finite or the problem has no solution: the arm stops.
+  bool relaxed = false;   ///< Rows conflicted; the largest violation was minimised.
+  bool escaping = false;  ///< A constraint is violated; it is left at a bounded speed.
+  int worst = -1;         ///< The constraint of the most violated row, for constraint_name().
+  double violation = 0;   ///< Of that row's speed, m/s or rad/s, with `relaxed`; else its depth, m or rad.
 };
 
 /// Paper B, eq. (2), in every tick:
@@ -91,8 +97,8 @@ struct VelocityFlags {
 /// limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way least:
 /// priority 0 first, then 1, 2 … (see qp::HierarchySolver).
 ///
-/// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is exact.
-/// Compute() allocates nothing, and is deterministic.
+/// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is
+/// exact. Compute() allocates nothing, and is deterministic.
 class ConstrainedVelocity {
  public:
   /// Throws InputError for options that are not valid.

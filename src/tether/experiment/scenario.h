@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/control/constraint_spec.h"
 #include "tether/experiment/events.h"
 #include "tether/planning/action.h"
 #include "tether/robot/model.h"
@@ -72,7 +73,8 @@ struct Scenario {
   std::shared_ptr<const symbolic::Problem>
       problem;  ///< With the goal that counts; null without a PDDL domain.
   std::vector<planning::ActionSchema> actions;
-  std::vector<GlobalConstraint> constraints;
+  std::vector<GlobalConstraint> constraints;                 ///< Of key poses.
+  std::vector<control::ConstraintSpec> control_constraints;  ///< Of the velocity controller.
   PlanningSettings planning;
   ExecutionSettings execution;
   std::vector<Event> events;

@@ -20,7 +20,8 @@ struct GripperCommand {
 struct Command {
   enum class Mode { kTorque, kVelocity };
   Mode mode = Mode::kTorque;
-  Eigen::VectorXd torque;    ///< n, Nm; with kTorque. They exclude nothing: gravity is the controller's business.
+  Eigen::VectorXd
+      torque;  ///< n, Nm; with kTorque. They exclude nothing: gravity is the controller's business.
   Eigen::VectorXd velocity;  ///< n, rad/s; with kVelocity. The robot carries its own weight.
   GripperCommand gripper;
 };

@@ -99,9 +99,10 @@ void ReadHinges(ObjectReader& reader, size_t fingers, Gripper& gripper) {
   }
   for (size_t i = 0; i < fingers; ++i) {
     if (reader.value().Find("closed") != nullptr && gripper.open[i] == gripper.closed[i]) {
-      reader.diagnostics().Add(reader.value().Find("closed")->where(),
-                               "'closed' of gripper has finger " + std::to_string(i + 1) + " where it is open",
-                               "angles that differ from those of 'open' are accepted");
+      reader.diagnostics().Add(
+          reader.value().Find("closed")->where(),
+          "'closed' of gripper has finger " + std::to_string(i + 1) + " where it is open",
+          "angles that differ from those of 'open' are accepted");
     }
     if (reader.value().Find("closing_torque") != nullptr && !(gripper.closing_torque[i] > 0)) {
       reader.diagnostics().Add(reader.value().Find("closing_torque")->where(),
@@ -117,6 +118,10 @@ void ReadGripper(const Value& value, Gripper& gripper, std::vector<std::string>&
   joints = RequiredNames(reader, "joints");
   ReadHinges(reader, joints.size(), gripper);
   gripper.max_opening = Positive(reader, "max_opening");
+  gripper.max_width = gripper.max_opening;
+  if (const Value* width = reader.Optional("max_width")) {
+    gripper.max_width = ReadPositive(*width, "'max_width' of gripper", diagnostics);
+  }
   gripper.pad_half_width = Positive(reader, "pad_half_width");
   gripper.pad_half_height = Positive(reader, "pad_half_height");
   gripper.palm_depth = Positive(reader, "palm_depth");
@@ -278,8 +283,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
     finger_ids.push_back(id);
     const bool hinged = impl->gripper.hinged();
-    if (id >= 0 &&
-        (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
+    if (id >= 0 && (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
       const std::string type = hinged ? "hinge" : "slide";
       diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a " + type + " with limits",
                       "a joint of type " + type + " with a range is accepted" +

@@ -19,6 +19,7 @@ struct Chain;
 /// the sum of their positions) or turn on hinges (whose opening goes linearly from `closed` to `open`).
 struct Gripper {
   double max_opening = 0;      ///< Greatest distance between the pads, m.
+  double max_width = 0;        ///< The widest thing it holds firmly, m.
   double pad_half_width = 0;   ///< Half the pad's extent along x, m.
   double pad_half_height = 0;  ///< Half the pad's extent along z, m.
   double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
@@ -68,9 +69,9 @@ class Model {
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;
-  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m): the palm, then
-  /// the fingers. Smooth where it comes near things: sliding fingers are capsules along z (ERRATA A12); those
-  /// on hinges have the shapes of the MJCF file. The number of parts does not depend on `opening`.
+  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m): the palm,
+  /// then the fingers. Smooth where it comes near things: sliding fingers are capsules along z (ERRATA A12);
+  /// those on hinges have the shapes of the MJCF file. The number of parts does not depend on `opening`.
   geometry::Shape HandShape(double opening) const;
 
   /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.

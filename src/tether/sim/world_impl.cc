@@ -23,7 +23,8 @@ constexpr double kFingerStiffness = 4000;
 constexpr double kFingerServoForce = 20;
 // The same for fingers on hinges, in Nm/rad.
 constexpr double kFingerTurnStiffness = 4;
-// The servo of an arm that follows velocities: stiffness in 1/s², critically damped, and the greatest lag, rad.
+// The servo of an arm that follows velocities: stiffness in 1/s², critically damped, and the greatest lag,
+// rad.
 constexpr double kServoStiffness = 2500;
 constexpr double kServoLeash = 0.05;
 // An arm without a command floats; this much damping, in Nm s/rad, keeps it from drifting.
@@ -332,8 +333,8 @@ void World::Impl::ServoVelocity(RobotEntry& robot) {
   mj_mulM(model.get(), data.get(), inertia_torque.data(), acceleration.data());
   for (size_t i = 0; i < robot.dof.size(); ++i) {
     const double limit = robot.model->max_torque()[static_cast<Eigen::Index>(i)];
-    robot.torque[static_cast<Eigen::Index>(i)] = std::clamp(
-        data->qfrc_bias[robot.dof[i]] + inertia_torque[robot.dof[i]], -limit, limit);
+    robot.torque[static_cast<Eigen::Index>(i)] =
+        std::clamp(data->qfrc_bias[robot.dof[i]] + inertia_torque[robot.dof[i]], -limit, limit);
   }
 }
 
@@ -357,9 +358,9 @@ void World::Impl::ApplyForces() {
         const double opening = std::clamp(robot.gripper.opening, 0.0, gripper.max_opening);
         const double limit = hinged ? closing : std::min(kFingerServoForce, closing);
         const double stiffness = hinged ? kFingerTurnStiffness : kFingerStiffness;
-        force = std::clamp(stiffness * (gripper.FingerPosition(i, fingers, opening) -
-                                        data->qpos[robot.finger_qpos[i]]),
-                           -limit, limit);
+        force = std::clamp(
+            stiffness * (gripper.FingerPosition(i, fingers, opening) - data->qpos[robot.finger_qpos[i]]),
+            -limit, limit);
       }
       data->qfrc_applied[robot.finger_dof[i]] = force;
     }

@@ -52,9 +52,9 @@ struct World::Impl {
     std::vector<int> joint, qpos, dof;  ///< Of the arm's joints.
     std::vector<int> finger_qpos, finger_dof;
     Eigen::VectorXd torque;
-    Eigen::VectorXd velocity;     ///< rad/s, that the servo follows
-    Eigen::VectorXd reference;    ///< rad, joint positions that the servo holds: the velocity's integral
-    bool commanded = false;       ///< In the current period.
+    Eigen::VectorXd velocity;       ///< rad/s, that the servo follows
+    Eigen::VectorXd reference;      ///< rad, joint positions that the servo holds: the velocity's integral
+    bool commanded = false;         ///< In the current period.
     bool follows_velocity = false;  ///< Its servo holds `reference`.
     robot::GripperCommand gripper;
   };
@@ -69,7 +69,7 @@ struct World::Impl {
   std::vector<RobotEntry> robots;
   std::vector<int>
       owner;  ///< Per body: index of the object, or of the robot plus the number of objects; −1: world.
-  std::map<int, Drive> drives;  ///< By object.
+  std::map<int, Drive> drives;                       ///< By object.
   std::vector<double> acceleration, inertia_torque;  ///< Of all joints, for the velocity servo.
   long steps = 0;
   double target_time = 0;
