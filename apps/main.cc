@@ -56,6 +56,10 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command
       .add_option("--time-limit", overrides.time_limit_s, "Planning stops after so many seconds; 0: no limit")
       ->type_name("S");
+  command
+      .add_option("--max-iterations", overrides.max_iterations,
+                  "Iterations of one solve of a candidate's key poses (default 1000)")
+      ->type_name("N");
 }
 
 void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run) {

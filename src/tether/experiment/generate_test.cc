@@ -10,6 +10,7 @@
 #include "tether/common/value.h"
 #include "tether/experiment/check.h"
 #include "tether/experiment/problem.h"
+#include "tether/planning/problem.h"
 
 namespace tether::experiment {
 namespace {
@@ -160,6 +161,38 @@ TEST_F(FolderTest, NothingIsReplacedUnasked) {
   EXPECT_EQ(ReadFile((folder_ / "scenario.yaml").string()), before);
   WriteGenerated(Generate("reach", {}, 1), folder_.string(), true);
   EXPECT_NE(ReadFile((folder_ / "scenario.yaml").string()), before);
+}
+
+/// A scene in which most ways of each candidate fail, and candidates that begin alike fail alike.
+planning::PlanReport PlanHardScene(const PlanningOverrides& overrides) {
+  const Scenario scenario = LoadGenerated(Generate("reach", {}, 111));
+  return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+}
+
+TEST(GenerateTest, WhatCandidatesLearnOfTheirBeginningsDoesNotDependOnThreads) {
+  PlanningOverrides overrides;
+  overrides.no_robot = true;
+  overrides.threads = 1;
+  const planning::PlanReport one = PlanHardScene(overrides);
+  overrides.threads = 3;
+  const planning::PlanReport three = PlanHardScene(overrides);
+  ASSERT_TRUE(one.ok());
+  ASSERT_EQ(one.candidates.size(), three.candidates.size());
+  for (size_t i = 0; i < one.candidates.size(); ++i) {
+    EXPECT_EQ(one.candidates[i].status, three.candidates[i].status);
+    EXPECT_EQ(one.candidates[i].plan.cost, three.candidates[i].plan.cost);
+    EXPECT_EQ(one.candidates[i].evaluations, three.candidates[i].evaluations);
+  }
+}
+
+TEST(GenerateTest, TheLimitOfIterationsHolds) {
+  PlanningOverrides overrides;
+  overrides.no_robot = true;
+  overrides.max_iterations = 1;
+  const planning::PlanReport report = PlanHardScene(overrides);
+  EXPECT_EQ(report.status, planning::PlanStatus::kGaveUp);
+  overrides.max_iterations = 0;
+  EXPECT_THROW(PlanHardScene(overrides), InputError);
 }
 
 }  // namespace

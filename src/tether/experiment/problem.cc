@@ -39,6 +39,7 @@ void CheckOverrides(const PlanningOverrides& overrides) {
   at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: no limit");
   at_least(overrides.threads, 0, "--threads", "a number of threads; 0: all processors");
   at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
+  at_least(overrides.max_iterations, 1, "--max-iterations", "a whole number above zero");
   diagnostics.ThrowIfAny();
 }
 
@@ -75,6 +76,7 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.program.home = settings.home;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;
+  problem.program.solver.max_iterations = overrides.max_iterations.value_or(settings.max_iterations);
   problem.search.max_actions = overrides.max_actions.value_or(scenario.task.max_actions);
   problem.search.max_plans = overrides.max_plans.value_or(settings.max_plans);
   problem.search.time_limit_s = overrides.time_limit_s.value_or(settings.time_limit_s);

@@ -19,6 +19,7 @@ struct PlanningOverrides {
   std::optional<uint64_t> seed;
   std::optional<int> threads;
   std::optional<double> time_limit_s;
+  std::optional<int> max_iterations;
   bool no_robot = false;
   bool trace = false;  ///< Record every iteration.
   const std::atomic<bool>* stop = nullptr;

@@ -5,32 +5,24 @@
 #include <cmath>
 #include <set>
 
+#include "tether/nlp/block_kernels.h"
+
 namespace tether::nlp {
 namespace {
 
-using Block = BlockCholesky::Block;
-
 constexpr double kHugePivot = 1e30;
 
-void FactorizeDiagonal(Block& A) {
+/// Works on whole columns; what stands above the diagonal is garbage in and out.
+TETHER_KERNEL void FactorizeDiagonal(double* A) {
   for (int j = 0; j < 6; ++j) {
-    double pivot = A(j, j);
-    for (int k = 0; k < j; ++k) pivot -= A(j, k) * A(j, k);
-    pivot = pivot > 0 ? std::sqrt(pivot) : kHugePivot;
-    A(j, j) = pivot;
-    for (int i = j + 1; i < 6; ++i) {
-      double value = A(i, j);
-      for (int k = 0; k < j; ++k) value -= A(i, k) * A(j, k);
-      A(i, j) = value / pivot;
-    }
-  }
-}
-
-/// A ← A · L⁻ᵀ.
-void SolveFromRight(const Block& L, Block& A) {
-  for (int j = 0; j < 6; ++j) {
-    for (int k = 0; k < j; ++k) A.col(j) -= A.col(k) * L(j, k);
-    A.col(j) *= 1 / L(j, j);
+    block::Column column = block::Load(A + 6 * j);
+    for (int k = 0; k < j; ++k) block::SubtractScaled(block::Load(A + 6 * k), A[6 * k + j], column);
+    block::Store(column, A + 6 * j);
+    const double pivot = A[7 * j] > 0 ? std::sqrt(A[7 * j]) : kHugePivot;
+    column.head /= pivot;
+    column.tail /= pivot;
+    block::Store(column, A + 6 * j);
+    A[7 * j] = pivot;
   }
 }
 
@@ -104,43 +96,42 @@ int BlockCholesky::Slot(int row, int column) const {
   return static_cast<int>(it - rows_.begin());
 }
 
-void BlockCholesky::Factorize() {
+TETHER_MULTIVERSION void BlockCholesky::Factorize() {
+  double* blocks = blocks_.front().data();
+  const auto at = [blocks](int slot) { return blocks + 36 * static_cast<size_t>(slot); };
+  const Update* update = updates_.data();
   for (size_t k = 0; k < static_cast<size_t>(count_); ++k) {
-    const auto first = static_cast<size_t>(first_[k]), end = static_cast<size_t>(first_[k + 1]);
-    FactorizeDiagonal(blocks_[first]);
-    for (size_t slot = first + 1; slot < end; ++slot) SolveFromRight(blocks_[first], blocks_[slot]);
-    const auto last = static_cast<size_t>(first_update_[k + 1]);
-    for (auto u = static_cast<size_t>(first_update_[k]); u < last; ++u) {
-      const Update& update = updates_[u];
-      blocks_[static_cast<size_t>(update.target)].noalias() -=
-          blocks_[static_cast<size_t>(update.left)].lazyProduct(
-              blocks_[static_cast<size_t>(update.right)].transpose());
-    }
+    const int first = first_[k], end = first_[k + 1];
+    FactorizeDiagonal(at(first));
+    for (int slot = first + 1; slot < end; ++slot) block::SolveFromRight(at(first), at(slot));
+    const Update* last = updates_.data() + first_update_[k + 1];
+    for (; update < last; ++update)
+      block::SubtractProduct(at(update->left), at(update->right), at(update->target));
   }
 }
 
-void BlockCholesky::Solve(Eigen::VectorXd& b) const {
+TETHER_MULTIVERSION void BlockCholesky::Solve(Eigen::VectorXd& b) const {
+  const double* blocks = blocks_.front().data();
   for (int k = 0; k < count_; ++k) {
     const int first = first_[static_cast<size_t>(k)], end = first_[static_cast<size_t>(k) + 1];
-    const Block& L = blocks_[static_cast<size_t>(first)];
-    auto x = b.segment<6>(6 * k);
+    const double* L = blocks + 36 * static_cast<size_t>(first);
+    double* x = b.data() + 6 * static_cast<size_t>(k);
     for (int j = 0; j < 6; ++j) {
-      x[j] /= L(j, j);
-      for (int i = j + 1; i < 6; ++i) x[i] -= L(i, j) * x[j];
+      x[j] /= L[7 * j];
+      for (int i = j + 1; i < 6; ++i) x[i] -= L[6 * j + i] * x[j];
     }
     for (int slot = first + 1; slot < end; ++slot)
-      b.segment<6>(6 * row(slot)).noalias() -= blocks_[static_cast<size_t>(slot)].lazyProduct(x);
+      block::SubtractTimes(blocks + 36 * static_cast<size_t>(slot), x, b.data() + 6 * row(slot));
   }
   for (int k = count_ - 1; k >= 0; --k) {
     const int first = first_[static_cast<size_t>(k)], end = first_[static_cast<size_t>(k) + 1];
-    const Block& L = blocks_[static_cast<size_t>(first)];
-    auto x = b.segment<6>(6 * k);
-    for (int slot = first + 1; slot < end; ++slot) {
-      x.noalias() -= blocks_[static_cast<size_t>(slot)].transpose().lazyProduct(b.segment<6>(6 * row(slot)));
-    }
+    const double* L = blocks + 36 * static_cast<size_t>(first);
+    double* x = b.data() + 6 * static_cast<size_t>(k);
+    for (int slot = first + 1; slot < end; ++slot)
+      block::SubtractTransposedTimes(blocks + 36 * static_cast<size_t>(slot), b.data() + 6 * row(slot), x);
     for (int j = 5; j >= 0; --j) {
-      for (int i = j + 1; i < 6; ++i) x[j] -= L(i, j) * x[i];
-      x[j] /= L(j, j);
+      for (int i = j + 1; i < 6; ++i) x[j] -= L[6 * j + i] * x[i];
+      x[j] /= L[7 * j];
     }
   }
 }

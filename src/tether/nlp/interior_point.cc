@@ -8,6 +8,10 @@ namespace {
 
 constexpr int kMaxIterations = 40;
 constexpr double kRowRegularisation = 1e-11;
+// The complementarity products to begin with, per square root of the penalty; found by counting
+// factorisations.
+constexpr double kFirstProduct = 0.1;
+constexpr double kLeastMargin = 1e-9;  // of an interval
 
 }  // namespace
 
@@ -50,13 +54,15 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
   MultiplyCurvature(values, d_, Hd_);
   for (int k = 0; k < m && !resume; ++k) {
     const int i = near_[static_cast<size_t>(k)];
-    // Off the ends of its interval, and with slacks that make the products alike.
-    const double margin = std::min(0.01, 0.01 * hi_[i]);
-    multiplier_[k] = std::clamp(y_[i], lo_[i] + margin, hi_[i] - margin);
-    const double slack = 1e-3;
-    z_[k] = c_[i];
-    a_[k] = std::max(c_[i], 0.0) + slack;
-    b_[k] = std::max(-c_[i], 0.0) + slack;
+    // On the central path: a − b = c, and both products are μ. With s = y − lo: c s² + 2 h s = μ w.
+    const double c = c_[i], w = hi_[i] - lo_[i], mu = kFirstProduct * std::sqrt(hi_[i]);
+    const double h = mu - 0.5 * c * w, root = std::sqrt(h * h + c * mu * w);
+    const double s = h >= 0 ? mu * w / (h + root) : (root - h) / c;
+    const double inside = std::clamp(s, kLeastMargin * w, (1 - kLeastMargin) * w);
+    multiplier_[k] = lo_[i] + inside;
+    z_[k] = c;
+    a_[k] = mu / (w - inside);
+    b_[k] = mu / inside;
   }
   bool converged = false;
   for (int iteration = 0; iteration < kMaxIterations && !converged; ++iteration) {

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "tether/nlp/block_kernels.h"
+
 namespace tether::nlp {
 namespace {
 
@@ -130,8 +132,8 @@ void ManifoldView::PlanTerms() {
   residual_scratch_.resize(most_rows);
   jacobian_scratch_.resize(most_rows, most_columns);
   row_scratch_.resize(static_cast<size_t>(most_rows * widest));
-  gram_scratch_.resize(static_cast<size_t>(widest * widest));
-  ones_.assign(static_cast<size_t>(most_rows), 1.0);
+  cost_rows_.reserve(static_cast<size_t>(most_rows));
+  twos_.assign(static_cast<size_t>(most_rows), 2.0);
 }
 
 void ManifoldView::PlanBounds() {
@@ -183,49 +185,13 @@ ManifoldView::Values ManifoldView::MakeValues() const {
   return values;
 }
 
-void ManifoldView::AddGram(const Group& group, const std::vector<const double*>& rows, const double* weights,
-                           BlockCholesky::Blocks& target) {
+TETHER_MULTIVERSION void ManifoldView::AddGram(const Group& group, const std::vector<const double*>& rows,
+                                               const double* weights, BlockCholesky::Blocks& target) {
   const int* slot = group.slots.data();
   for (size_t p = 0; p < group.nodes.size(); ++p) {
-    for (size_t q = 0; q <= p; ++q, ++slot) {
-      double* block = target[static_cast<size_t>(*slot)].data();
-      for (size_t j = 0; j < 6; ++j, block += 6) {
-        // One column in registers, over all rows.
-        std::array<double, 6> sum{};
-        for (size_t r = 0; r < rows.size(); ++r) {
-          const double factor = weights[r] * rows[r][6 * q + j];
-          const double* left = rows[r] + 6 * p;
-          for (size_t i = 0; i < 6; ++i) sum[i] += factor * left[i];
-        }
-        for (size_t i = 0; i < 6; ++i) block[i] += sum[i];
-      }
-    }
-  }
-}
-
-void ManifoldView::AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
-                           std::vector<double>& scratch, BlockCholesky::Blocks& target) {
-  const int n = group.columns();
-  std::fill_n(scratch.begin(), static_cast<size_t>(n * n), 0.0);
-  for (int row = 0; row < rows; ++row, jacobian += n) {
-    if (weights[row] == 0) continue;
-    for (int j = 0; j < n; ++j) {
-      const double scaled = weights[row] * jacobian[j];
-      if (scaled == 0) continue;
-      double* column = scratch.data() + static_cast<size_t>(n * j);
-      // Whole blocks: the entries above a diagonal block's diagonal are computed and never read.
-      for (int i = j - j % 6; i < n; i += 6) {
-        Eigen::Map<math::Vector6d>(column + i) += scaled * Eigen::Map<const math::Vector6d>(jacobian + i);
-      }
-    }
-  }
-  const auto count = static_cast<int>(group.nodes.size());
-  const int* slot = group.slots.data();
-  for (int p = 0; p < count; ++p) {
-    for (int q = 0; q <= p; ++q, ++slot) {
-      target[static_cast<size_t>(*slot)] += Eigen::Map<const BlockCholesky::Block, 0, Eigen::OuterStride<>>(
-          scratch.data() + 6 * (p + n * q), Eigen::OuterStride<>(n));
-    }
+    for (size_t q = 0; q <= p; ++q, ++slot)
+      block::AddWeightedProducts(rows.data(), weights, rows.size(), 6 * p, 6 * q,
+                                 target[static_cast<size_t>(*slot)].data());
   }
 }
 
@@ -264,16 +230,16 @@ bool ManifoldView::Evaluate(const Point& x, Values& values) {
       continue;
     }
     values.cost += r.squaredNorm();
+    cost_rows_.clear();
     for (int row = 0; row < size; ++row) {
-      ones_[static_cast<size_t>(row)] = 2;
       const double* g = out + row * n;
+      cost_rows_.push_back(g);
       for (size_t p = 0; p < group.nodes.size(); ++p) {
         values.gradient.segment<6>(6 * group.nodes[p]) +=
             2 * r[row] * Eigen::Map<const math::Vector6d>(g + 6 * p);
       }
     }
-    std::fill(ones_.begin() + size, ones_.end(), 0.0);
-    AddGram(group, group.rows, out, ones_.data(), gram_scratch_, values.curvature);
+    AddGram(group, cost_rows_, twos_.data(), values.curvature);
   }
   for (const Bound& bound : bounds_) {
     const double v = x.vectors[static_cast<size_t>(bound.vector)][bound.entry];

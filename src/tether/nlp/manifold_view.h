@@ -77,9 +77,6 @@ class ManifoldView {
   /// Adds Σ wᵢ gᵢ gᵢᵀ over rows of the form of a group to `target`, by slots.
   static void AddGram(const Group& group, const std::vector<const double*>& rows, const double* weights,
                       BlockCholesky::Blocks& target);
-  /// Adds Σ wᵢ gᵢ gᵢᵀ over `rows` rows of the form of a group to `target`, by slots. `scratch` is workspace.
-  static void AddGram(const Group& group, int rows, const double* jacobian, const double* weights,
-                      std::vector<double>& scratch, BlockCholesky::Blocks& target);
 
  private:
   struct TermPlan {
@@ -116,7 +113,8 @@ class ManifoldView {
 
   Eigen::VectorXd residual_scratch_;
   Eigen::MatrixXd jacobian_scratch_;
-  std::vector<double> row_scratch_, gram_scratch_, ones_;
+  std::vector<double> row_scratch_, twos_;
+  std::vector<const double*> cost_rows_;
   std::string not_finite_;
   int evaluations_ = 0;
 };

@@ -12,6 +12,10 @@ namespace {
 constexpr double kFirstPenalty = 10;
 constexpr double kLargestPenalty = 1e5;
 constexpr double kPenaltyGrowth = 10;
+// The penalty grows at once, up to this, where the subproblem leaves more than such a share of the violation.
+constexpr double kSteeredPenalty = 300;
+constexpr double kSteeredShare = 0.8;
+constexpr double kLeastSteered = 1e-3;   // m or rad, in all
 constexpr double kBlockingShare = 1e-3;  // of the penalty
 constexpr double kLeastDamping = 1e-6;
 constexpr double kFirstDamping = 1e-3;
@@ -127,6 +131,16 @@ class NativeRun {
     quiet_refusals_ = quiet ? quiet_refusals_ + (accepted ? 0 : 1) : 0;
   }
 
+  /// Where the model itself stays far from feasible, the penalty may be too small for it: cheaper to find out
+  /// now than after convergence (Byrd, Nocedal and Waltz, "Steering exact penalty methods", 2008).
+  bool SteerPenalty() {
+    if (penalty_ >= kSteeredPenalty) return false;
+    const double left = view_.TotalViolation(model_rows_);
+    if (left <= std::max(kLeastSteered, kSteeredShare * view_.TotalViolation(here_.rows))) return false;
+    penalty_ = std::min(kSteeredPenalty, kPenaltyGrowth * penalty_);
+    return true;
+  }
+
   void GrowPenalty() {
     penalty_ *= kPenaltyGrowth;
     damping_ = std::min(damping_, kFirstDamping);
@@ -143,6 +157,7 @@ class NativeRun {
       if (monitor_.ReasonToEnd()) return;
       if (!qp_.d().allFinite()) return End(Status::kFailed, "the subproblem broke down");
       const double predicted = Predict(merit);
+      if (SteerPenalty()) continue;
       const bool settled = damping_ > kLargestDamping ||
                            (quiet_iterations_ >= kQuietIterations && quiet_refusals_ >= kQuietRefusals);
       if (settled || Converged(predicted, merit)) {

@@ -18,10 +18,13 @@ constexpr size_t kLookedAt = 48;
 // A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
 // optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
-// What converges does so within some ten iterations. Ways get so many at first, and fewer where there is a
-// plan already.
-constexpr int kFirstIterations = 30;
-constexpr int kFurtherIterations = 15;
+// What converges does so within some ten iterations.
+constexpr int kFirstIterations = 15;
+// The first actions alone, and further starts.
+constexpr int kPrefixIterations = 20;
+constexpr int kRestartIterations = 50;
+// Of a row's violation, m or rad.
+constexpr double kLeastSuspicious = 1e-3;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
 // Results that the checker rejects rank behind all others.
@@ -51,10 +54,12 @@ class CandidateRun {
     const Way first = DescribeWay(facts_, {}, key_poses);
     if (!first.promising || !Try(first, key_poses)) TryWays(first.promising);
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
     failed_.resize(std::min(failed_.size(), kRestarted));
     for (int start = 1; start < problem_.program.starts; ++start) {
       for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
-        Restart(failed_[i], start);
+        Restart(failed_[i].way, start);
     }
     Conclude();
     return std::move(report_);
@@ -71,6 +76,32 @@ class CandidateRun {
   /// There is a result that the checker accepts and that keeps every row.
   bool feasible() const { return least_violation_ == 0.0; }
 
+  /// Whether the first `actions` actions have key poses in this way. Other candidates that begin alike ask
+  /// the same, so the answer is kept; it depends on nothing but the problem.
+  bool BeginningIsFeasible(const Way& way, size_t actions) const {
+    const Variant variant = FirstChoices(way, actions);
+    std::string key = "beginning";
+    for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
+    for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
+    return *facts_.memo().Get<bool>(key, [&] {
+      std::vector<BoundStep> steps;
+      for (const BoundStep& step : steps_) {
+        if (step.action_index < static_cast<int>(actions)) steps.push_back(step);
+      }
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps, variant, {.near = kNear});
+      if (!key_poses.refutations.empty()) return false;
+      const nlp::Result result = SolveKeyPoses(facts_, steps, limits_, kPrefixIterations, nullptr, key_poses);
+      return result.x.poses.size() == steps.size() &&
+             (KeepsRows(result) || CheckKeyPoses(facts_, steps, result.x.poses).Feasible(problem_.program));
+    });
+  }
+
+  /// The way fails already where an earlier one failed, whatever comes later.
+  bool BeginsBadly(const Way& way) const {
+    return std::any_of(suspects_.begin(), suspects_.end(),
+                       [&](size_t actions) { return !BeginningIsFeasible(way, actions); });
+  }
+
   bool Try(const Way& way, KeyPoseProgram& key_poses) {
     // Rows may refute what the guess did not.
     if (!key_poses.refutations.empty()) {
@@ -78,12 +109,11 @@ class CandidateRun {
       return false;
     }
     all_refuted_ = false;
-    const int iterations = feasible() ? kFurtherIterations : kFirstIterations;
     const bool had_one = optimum_ != nullptr;
-    if (SolveAndJudge(key_poses, 0, iterations)) return true;
+    if (SolveAndJudge(key_poses, 0, kFirstIterations)) return true;
     // Feasible but for room to spare: with less of that.
     if (!had_one && optimum_ != nullptr && Restart(way, problem_.program.starts - 1)) return true;
-    failed_.push_back(way);
+    failed_.push_back({last_violation_, way});
     return false;
   }
 
@@ -99,6 +129,7 @@ class CandidateRun {
     for (const Way& way : ways.open) {
       if (feasible() && kWorthTrying * way.promise > report_.plan.cost) break;
       if (tried && way.variant.empty()) continue;
+      if (BeginsBadly(way)) continue;
       // A way that was not tried leaves the candidate without a proof.
       if (limits_.Over() || ++count > problem_.program.max_variants) {
         exhausted_ = false;
@@ -125,8 +156,7 @@ class CandidateRun {
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
-    return key_poses.refutations.empty() &&
-           SolveAndJudge(key_poses, start, problem_.program.solver.max_iterations);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, kRestartIterations);
   }
 
   bool SolveAndJudge(KeyPoseProgram& key_poses, int start, int max_iterations) {
@@ -134,8 +164,22 @@ class CandidateRun {
     LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
              result.Summary());
     report_.evaluations += result.evaluations;
+    last_violation_ = result.max_violation_m + result.max_violation_rad;
+    NoteSuspect(key_poses.program, result);
     return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
            Judge(key_poses, result);
+  }
+
+  /// The first action with a violated row may be where it fails.
+  void NoteSuspect(const nlp::Program& program, const nlp::Result& result) {
+    if (KeepsRows(result)) return;
+    int first = static_cast<int>(actions_.size());
+    for (const nlp::Assessment::Violation& violation : nlp::Assess(program, result.x).violations) {
+      if (violation.amount < kLeastSuspicious) break;
+      const auto step = static_cast<size_t>(violation.residual->step());
+      first = std::min(first, steps_[step].action_index + 1);
+    }
+    if (first < static_cast<int>(actions_.size())) suspects_.insert(static_cast<size_t>(first));
   }
 
   /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
@@ -211,7 +255,13 @@ class CandidateRun {
   std::optional<double> least_violation_;  // 0: feasible
   std::vector<std::string> refutations_;
   std::set<int> blocking_steps_;
-  std::vector<Way> failed_;  // the most promising first
+  struct Failure {
+    double violation;
+    Way way;
+  };
+  std::vector<Failure> failed_;
+  std::set<size_t> suspects_;  // So many first actions may be where it fails.
+  double last_violation_ = 0;  // of the last solve
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
   bool exhausted_ = false;  // All ways were looked at.

@@ -40,20 +40,22 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   const auto solver = nlp::MakeSolver(problem.program.backend);
   nlp::Options options = problem.program.solver;
   options.stop = problem.search.stop;
-  options.max_iterations = std::min(options.max_iterations, max_iterations);
   nlp::WarmStart from;
   int iterations = 0, evaluations = 0;
   double seconds = 0;
   for (int round = 0;; ++round) {
+    options.max_iterations = std::min(max_iterations, problem.program.solver.max_iterations - iterations);
     options.time_limit_s = std::min(problem.program.solver.time_limit_s, limits.Remaining());
     nlp::Result result = solver->Solve(key_poses.program, key_poses.guess, options, warm);
     result.iterations = iterations += result.iterations;
     result.evaluations = evaluations += result.evaluations;
     result.solve_s = seconds += result.solve_s;
     const double near = round < kClearanceRounds ? kNear : std::numeric_limits<double>::infinity();
+    const bool spent = iterations >= problem.program.solver.max_iterations || limits.Over();
+    const bool solved =
+        static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() && KeepsRows(result);
     // More rows don't help what fails with few.
-    if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses() || limits.Over() ||
-        !KeepsRows(result) || !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
+    if (spent || !solved || !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
       return result;
     from = std::move(result.warm_start);
     warm = &from;

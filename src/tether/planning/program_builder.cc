@@ -133,6 +133,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions, !start.guess_only);
 
+  std::vector<Pose>& poses = out.guess.poses;
   const auto choose = [&](const std::string& key, const std::vector<constraints::Option>& options) {
     for (const ChoicePoint& choice : out.choices) {
       if (choice.key == key) return choice.chosen;
@@ -140,12 +141,11 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     const auto wanted = variant.find(key);
     const int chosen =
         wanted == variant.end() ? 0 : std::min(wanted->second, static_cast<int>(options.size()) - 1);
-    out.choices.push_back({key, options, chosen});
+    out.choices.push_back({key, options, chosen, steps[poses.size() - 1].action_index});
     return chosen;
   };
 
   const constraints::Memo memo;
-  std::vector<Pose>& poses = out.guess.poses;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     const std::string& control = step.schema.control;

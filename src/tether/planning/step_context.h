@@ -37,6 +37,7 @@ struct ChoicePoint {
   std::string key;
   std::vector<constraints::Option> options;
   int chosen = 0;
+  int action = 0;  ///< Index of the action at which it is met.
 };
 
 /// The view that a constraint has of one step.

@@ -16,18 +16,13 @@ constexpr double kFarOutOfReach = 0.02;
 // What being out of reach at the guess counts against a way, per m.
 constexpr double kReachWeight = 10;
 
-struct Sketch {
-  Way way;
-  std::vector<ChoicePoint> choices;
-};
-
 /// The ways that differ in one choice, taken one option further; the likeliest first.
-std::vector<Variant> Neighbours(const Sketch& sketch) {
+std::vector<Variant> Neighbours(const Way& way) {
   std::vector<std::pair<double, Variant>> neighbours;
-  for (const ChoicePoint& choice : sketch.choices) {
+  for (const ChoicePoint& choice : way.choices) {
     const size_t next = static_cast<size_t>(choice.chosen) + 1;
     if (next >= choice.options.size()) continue;
-    Variant variant = sketch.way.variant;
+    Variant variant = way.variant;
     variant[choice.key] = static_cast<int>(next);
     neighbours.emplace_back(choice.options[next].score - choice.options[next - 1].score, std::move(variant));
   }
@@ -41,7 +36,7 @@ std::vector<Variant> Neighbours(const Sketch& sketch) {
 }  // namespace
 
 Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses) {
-  Way way{variant, 0, false, key_poses.refutations, key_poses.refuted_action};
+  Way way{variant, key_poses.choices, 0, false, key_poses.refutations, key_poses.refuted_action};
   if (!way.refutations.empty()) return way;
   const Problem& problem = facts.problem();
   std::vector<math::Pose> X_WHand;
@@ -57,28 +52,35 @@ Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPosePr
   return way;
 }
 
+Variant FirstChoices(const Way& way, size_t actions) {
+  Variant variant;
+  for (const ChoicePoint& choice : way.choices) {
+    if (choice.action < static_cast<int>(actions) && choice.chosen != 0) variant[choice.key] = choice.chosen;
+  }
+  return variant;
+}
+
 Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most) {
   Ways ways;
-  std::vector<Sketch> sketches;
+  std::vector<Way> met;
   std::set<Variant> seen;
   std::set<std::pair<double, size_t>> frontier;  // promise and index of those whose neighbours were not met
   const auto meet = [&](const Variant& variant) {
     if (!seen.insert(variant).second) return;
     const KeyPoseProgram guessed = BuildProgram(facts, steps, variant, {.guess_only = true});
-    Sketch sketch{DescribeWay(facts, variant, guessed), guessed.choices};
-    (sketch.way.refutations.empty() ? ways.open : ways.refuted).push_back(sketch.way);
+    Way way = DescribeWay(facts, variant, guessed);
+    (way.refutations.empty() ? ways.open : ways.refuted).push_back(way);
     // Of refuted ways, those with fewer changes come first.
-    double rank = sketch.way.promise;
-    if (!sketch.way.refutations.empty()) rank = 1e6 + static_cast<double>(variant.size());
-    frontier.emplace(rank, sketches.size());
-    sketches.push_back(std::move(sketch));
+    const double rank = way.refutations.empty() ? way.promise : 1e6 + static_cast<double>(variant.size());
+    frontier.emplace(rank, met.size());
+    met.push_back(std::move(way));
   };
   meet({});
-  while (!frontier.empty() && sketches.size() < most) {
+  while (!frontier.empty() && met.size() < most) {
     if (!ways.refuted.empty() && ways.refuted.back().refuted_action >= 0) break;
     const size_t best = frontier.extract(frontier.begin()).value().second;
-    for (const Variant& variant : Neighbours(sketches[best])) {
-      if (sketches.size() < most) meet(variant);
+    for (const Variant& variant : Neighbours(met[best])) {
+      if (met.size() < most) meet(variant);
     }
   }
   ways.exhausted = frontier.empty();

@@ -11,6 +11,7 @@ namespace tether::planning {
 /// A way to make a skeleton's discrete choices, and what its guess says of it.
 struct Way {
   Variant variant;
+  std::vector<ChoicePoint> choices;  ///< That were met, with what was chosen.
   /// What the guess costs (paper A, eq. (4)), and a charge for how far it is out of the arm's reach.
   double promise = 0;
   bool promising = true;  ///< Little turning, nothing far out of reach: likely to be the best way.
@@ -20,6 +21,9 @@ struct Way {
 
 /// What the guess of a program says of the way that it was built in.
 Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses);
+
+/// The part of the way that the first `actions` actions see.
+Variant FirstChoices(const Way& way, size_t actions);
 
 /// The ways that were looked at.
 struct Ways {
