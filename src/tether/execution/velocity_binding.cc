@@ -30,7 +30,8 @@ class KeyPoses {
       if (step.action_index != action || step.control != schema.control || step.target != schema.target)
         continue;
       next_ = i + 1;
-      if (schema.target_is_region) return std::nullopt;
+      // Without constraints nothing determined the pose.
+      if (schema.target_is_region || schema.constraints.empty()) return std::nullopt;
       return step.X_TC;
     }
     return std::nullopt;

@@ -165,7 +165,7 @@ TEST(VelocityExecutiveTest, ABlockGoesFromRegionToRegion) {
   EXPECT_GT(fake.truth.X_WO["block"].R(2, 2), std::cos(0.03));
   EXPECT_EQ(fake.executive->retries(), 0) << fake.Story();
   EXPECT_GT(done - released, 0.5);  // it waited
-  EXPECT_EQ(fake.executive->records().size(), 6u);
+  EXPECT_EQ(fake.executive->records().size(), 7u);
 }
 
 TEST(VelocityExecutiveTest, RectanglesAreRegionsToo) {
@@ -182,7 +182,7 @@ TEST(VelocityExecutiveTest, ARegionThatMovesIsFollowed) {
   Fake fake;
   fake.Start(kCarry);
   fake.Run(120, [&] {
-    if (fake.executive->step() != 3) return;
+    if (fake.executive->step() != 4) return;
     // The table, with all regions, creeps along y while the block is brought down.
     fake.truth.X_WO["table"].p.y() += 0.005 * fake.options.period;
   });
@@ -197,7 +197,7 @@ TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   bool moved = false;
   fake.Run(160, [&] {
     // Somebody takes the block from between the fingers as they close.
-    if (!moved && fake.executive->step() == 1 && fake.observations["jaco"].gripper_opening < 0.15) {
+    if (!moved && fake.executive->step() == 2 && fake.observations["jaco"].gripper_opening < 0.15) {
       fake.truth.X_WO["block"].p.x() -= 0.08;
       moved = true;
     }
@@ -209,18 +209,18 @@ TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
 
 TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
   Fake fake;
-  // A lid over the region: nothing gets there.
-  scene::Object lid;
-  lid.name = "lid";
-  lid.shape = geometry::Primitive(geometry::Box{{0.4, 0.4, 0.02}});
-  lid.X_ParentObject = Pose(Vector3d(0.3, -0.35, 0.3));
-  fake.scene.objects.push_back(lid);
-  fake.options.constraints[0].to.emplace_back("lid");
+  // A pillar upon the region: nothing gets there.
+  scene::Object pillar;
+  pillar.name = "pillar";
+  pillar.shape = geometry::Primitive(geometry::Box{{0.2, 0.2, 0.8}});
+  pillar.X_ParentObject = Pose(Vector3d(0.3, -0.35, 0.4));
+  fake.scene.objects.push_back(pillar);
+  fake.options.constraints[0].to.emplace_back("pillar");
   fake.options.max_retries = 0;
   fake.Start({"move(right)"});
   fake.Run(120);
   EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
-  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near lid")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near pillar")) << fake.Story();
   EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
 }
 

@@ -43,7 +43,7 @@ struct GripperVerb {
 
 struct WaitVerb {
   double seconds = 0;
-  std::string region;  ///< As long as this region's `dwell`; empty: `seconds`.
+  std::string region = {};  ///< As long as this region's `dwell`; empty: `seconds`.
 };
 
 using Verb = std::variant<ReachVerb, ShiftVerb, GripperVerb, WaitVerb>;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tether/common/error.h"
 #include "tether/robot/kinematics.h"
 #include "tether/sim/test_scenes.h"
 
@@ -104,7 +105,7 @@ TEST(ThreeFingersTest, HoldABoxByFriction) {
   const math::Pose held = X_HO();
   EXPECT_GT(world.ContactForce(arm.name, "box"), 4);
   EXPECT_GT(world.Observe().at(arm.name).gripper_opening, 0.01);
-  commands[arm.name].velocity[1] = -0.2;
+  commands[arm.name].velocity[1] = 0.2;
   for (int tick = 0; tick < 200; ++tick) world.Apply(commands, 0.005);
   commands[arm.name].velocity[1] = 0;
   for (int tick = 0; tick < 2000; ++tick) world.Apply(commands, 0.005);
