@@ -110,6 +110,38 @@ TEST(CliTest, NumbersOutOfRangeAreBadInput) {
   EXPECT_THAT(candidate.err, HasSubstr("--candidate is 0 (1 or more: 1 is the best)"));
 }
 
+TEST(CliTest, LimitsEndPlanningHoweverShortTheyAre) {
+  // Times so short that they are over at different places on the way.
+  for (const char* limit : {"1e-9", "1e-4", "2e-3", "4e-3", "6e-3"}) {
+    const Outcome outcome = Tether("plan " + Scenario("hanoi") + " --time-limit " + limit + " --json -");
+    EXPECT_TRUE(outcome.exit_code == 4 || outcome.exit_code == 0) << limit << ": " << outcome.err;
+  }
+  const Outcome none = Tether("plan " + Scenario("hanoi") + " --max-iterations 0");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("--max-iterations is too small (a whole number above zero"));
+}
+
+TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
+  // The shelf stands where the arm does not reach.
+  std::string text = ReadFile(kSource + "/scenarios/workspace_reach.yaml");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  };
+  replace("[0.35, -0.35, 0.05]", "[0.95, -0.60, 0.05]");
+  replace(": workspace_reach/", ": " + kSource + "/scenarios/workspace_reach/");
+  const std::string file = ::testing::TempDir() + "tether_cli_far.yaml";
+  WriteFile(file, text);
+  for (const char* solver : {"native", "ipopt", "nlopt"}) {
+    const Outcome outcome =
+        Tether("plan '" + file + "' --threads 1 --time-limit 1.5 --json - --solver " + solver);
+    EXPECT_EQ(outcome.exit_code, 4) << solver;
+    EXPECT_THAT(outcome.out, HasSubstr("\"blocking\"")) << solver;
+    EXPECT_THAT(outcome.out, HasSubstr("reach(panda)")) << solver;
+  }
+}
+
 TEST(CliTest, TemporalGoalsAreSaidToBeUnsupported) {
   const std::string file = ::testing::TempDir() + "tether_cli_ltl.yaml";
   WriteFile(file,

@@ -14,19 +14,46 @@ using geometry::Part;
 
 // A direction within about 6° of level or upright counts as such.
 constexpr double kLevel = 0.1;
+// The side of a hull must be this upright: it is touched somewhere along its height, rad.
+constexpr double kUpright = 0.01;
 
 Vector3d Level(const Vector3d& v, const Vector3d& up) { return v - up * up.dot(v); }
+
+// A side of a hull is pressed at least this far from its edges, or a quarter of its width, m.
+constexpr double kInset = 0.002;
 
 struct Side {
   Vector3d normal_B;
   double offset_B;
   std::string label;
+  double lowest_B = -std::numeric_limits<double>::infinity();
+  double highest_B = std::numeric_limits<double>::infinity();
 };
+
+/// The part of an extent that keeps off its ends.
+Extent Within(const Extent& extent) {
+  const double inset = std::min(kInset, 0.25 * (extent.high - extent.low));
+  return {extent.low + inset, extent.high - inset};
+}
+
+/// The level sides of a hull behind the object's centre of mass: pushed anywhere else, it would turn.
+void AddHullSides(const Part& part, const std::string& prefix, const Vector3d& com_B, const Vector3d& up_B,
+                  std::vector<Side>& sides) {
+  for (const FlatSide& side : FlatSides(part)) {
+    if (std::abs(side.normal.dot(up_B)) > kUpright) continue;
+    const Vector3d n = Level(side.normal, up_B).normalized();
+    const Vector3d across = up_B.cross(n);
+    const Extent reach = Within(ExtentAlong(side, across)), heights = Within(ExtentAlong(side, up_B));
+    if (across.dot(com_B) < reach.low || across.dot(com_B) > reach.high) continue;
+    sides.push_back({n, PartSupport(part, n), prefix + "side " + side.name, heights.low, heights.high});
+  }
+}
 
 /// The level sides of a solid that something can lean against. Round ones are offered where they face away
 /// from `pull_B`, the level direction in which the object should go, and a little to either side.
 std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, const Vector3d& pull_B) {
   std::vector<Side> sides;
+  const Vector3d com_B = geometry::CentreOfMass(shape);
   for (size_t i = 0; i < shape.parts.size(); ++i) {
     const Part& part = shape.parts[i];
     const std::string prefix = shape.is_compound() ? "part " + std::to_string(i + 1) + " " : "";
@@ -50,7 +77,9 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
       }
     } else if (std::holds_alternative<geometry::Sphere>(part.primitive)) {
       add_round();
-    } else if (!std::holds_alternative<geometry::Hull>(part.primitive)) {
+    } else if (std::holds_alternative<geometry::Hull>(part.primitive)) {
+      AddHullSides(part, prefix, com_B, up_B, sides);
+    } else {
       const Vector3d axis = part.X_SP.R.col(2);
       if (std::abs(axis.dot(up_B)) > 1 - kLevel) {
         add_round();
@@ -72,6 +101,7 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
     const Part& part = tool.parts[i];
     Contact tip;
     tip.tool_part = static_cast<int>(i);
+    tip.centre_A = part.X_SP.p;
     const std::string name = "part " + std::to_string(i + 1);
     if (const auto* box = std::get_if<geometry::Box>(&part.primitive)) {
       tip.form = Contact::Form::kFace;
@@ -96,7 +126,22 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
       tip.tool_depth = sphere->radius;
       tip.label = name;
       tips.push_back(tip);
-    } else if (!std::holds_alternative<geometry::Hull>(part.primitive)) {
+    } else if (std::holds_alternative<geometry::Hull>(part.primitive)) {
+      tip.form = Contact::Form::kFace;
+      for (const FlatSide& side : FlatSides(part)) {
+        if (std::abs(side.normal.dot(down_A)) > kUpright) continue;
+        tip.direction_A = Level(side.normal, down_A).normalized();
+        const Vector3d across = down_A.cross(tip.direction_A);
+        const Extent reach = ExtentAlong(side, across), heights = ExtentAlong(side, down_A);
+        tip.half_width = 0.5 * (reach.high - reach.low);
+        tip.centre_A = tip.direction_A * tip.direction_A.dot(part.X_SP.p) +
+                       across * (0.5 * (reach.low + reach.high)) +
+                       down_A * (0.5 * (heights.low + heights.high));
+        tip.tool_depth = PartSupport(part, tip.direction_A) - tip.direction_A.dot(part.X_SP.p);
+        tip.label = name + " side " + side.name;
+        tips.push_back(tip);
+      }
+    } else {
       const auto* capsule = std::get_if<geometry::Capsule>(&part.primitive);
       const auto* cylinder = std::get_if<geometry::Cylinder>(&part.primitive);
       const Vector3d axis = part.X_SP.R.col(2);
@@ -134,11 +179,12 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
     for (Contact contact : FindTips(*a, down_A)) {
       contact.normal_B = Level(side.normal_B, up_B).normalized();
       contact.offset_B = side.offset_B;
+      contact.lowest_B = side.lowest_B;
+      contact.highest_B = side.highest_B;
       contact.label = tool + " " + contact.label + " against " + object + " " + side.label;
       // First the way that the push goes, then a wide contact, then little turning of the tool.
       contact.score = 1 + contact.normal_B.dot(pull_B) - 0.5 * std::min(contact.half_width, 0.1);
       // The tool should reach over the object from the robot's side: the rest of it lies towards the robot.
-      const geometry::Part& part = a->parts[static_cast<size_t>(contact.tool_part)];
       const Vector3d n_W = X_WB.R * contact.normal_B;
       if (contact.form == Contact::Form::kFace) {
         contact.score += 0.02 * (1 + (X_WA.R * contact.direction_A).dot(n_W));
@@ -147,7 +193,7 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
       }
       // Held near its middle, a tool's far part pulls: the centre of mass lies on the pushed side of the
       // contact.
-      const Vector3d arm_W = X_WA.R * (geometry::CentreOfMass(*a) - part.X_SP.p);
+      const Vector3d arm_W = X_WA.R * (geometry::CentreOfMass(*a) - contact.centre_A);
       if (a->is_compound() && arm_W.dot(n_W) > 0) contact.score += 0.1;
       contacts.push_back(contact);
     }
@@ -159,12 +205,13 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
 
 std::optional<Contact> ChosenContact(const Context& context, const std::string& tool,
                                      const std::string& object, int step) {
-  const std::vector<Contact> contacts = FindContacts(context, tool, object, step);
-  if (contacts.empty()) return std::nullopt;
-  std::vector<Option> options;
-  for (const Contact& contact : contacts) options.push_back({contact.label, contact.score});
   const std::string key = "contact(" + tool + "," + object + ")@" + std::to_string(step);
-  return contacts[static_cast<size_t>(context.Choose(key, options))];
+  const auto contacts = context.program_memo().Get<std::vector<Contact>>(
+      key, [&] { return FindContacts(context, tool, object, step); });
+  if (contacts->empty()) return std::nullopt;
+  std::vector<Option> options;
+  for (const Contact& contact : *contacts) options.push_back({contact.label, contact.score});
+  return (*contacts)[static_cast<size_t>(context.Choose(key, options))];
 }
 
 }  // namespace tether::constraints

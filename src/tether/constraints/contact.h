@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,8 +14,13 @@ namespace tether::constraints {
 struct Contact {
   Eigen::Vector3d normal_B;  ///< Outward normal of the object's side, in the object's frame; level.
   double offset_B = 0;       ///< normal · x on that side, m.
+  /// Heights over the object's origin between which the side can be pressed, m.
+  double lowest_B = -std::numeric_limits<double>::infinity();
+  double highest_B = std::numeric_limits<double>::infinity();
   int tool_part = 0;
-  double tool_depth = 0;  ///< From the tool part's centre to the point of contact, m.
+  Eigen::Vector3d centre_A =
+      Eigen::Vector3d::Zero();  ///< In the tool, straight behind the middle of the contact.
+  double tool_depth = 0;        ///< From there to the contact, m.
   /// In the tool's frame, square to its down face. A line of contact (a lying capsule): along it. A face: its
   /// outward normal. None: a point of contact (a sphere, or something round standing upright).
   enum class Form { kPoint, kLine, kFace } form = Form::kPoint;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tether/constraints/context.h"
+#include "tether/constraints/surface.h"
 
 namespace tether::constraints {
 
@@ -16,6 +17,9 @@ struct Grasp {
   std::optional<Eigen::Vector3d>
       closing_O;     ///< Unit, in the object's frame: the hand's y axis, either way round. None: any.
   double width = 0;  ///< Between the fingers, m.
+  Eigen::Vector3d centre_O = Eigen::Vector3d::Zero();  ///< Where the hand is best, in the object's frame.
+  std::vector<FaceEdge>
+      bounds_O;  ///< Where the fingers meet flat sides: normal · p ≤ offset. Empty: anywhere.
   std::string label;
   double score = 0;  ///< Lower is better: little turning, fingers clear, within reach, narrow.
 };
@@ -28,7 +32,7 @@ struct ClosingDirection {
 };
 
 /// Those for fingers that come along the unit vector `approach_P`, in the part's frame; empty if there are
-/// none.
+/// none, and for hulls, whose opposite sides are found otherwise.
 std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
                                                 const Eigen::Vector3d& approach_P);
 

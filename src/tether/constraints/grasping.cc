@@ -1,9 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numbers>
 
 #include "tether/constraints/grasp.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
+#include "tether/constraints/opposite_sides.h"
 #include "tether/constraints/surface.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
@@ -32,12 +36,19 @@ constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;
 // Without a robot model: a parallel gripper of common size.
 constexpr double kDefaultOpening = 0.08;
+constexpr double kDefaultPadHalfWidth = 0.01;
+// Of the pairs of sides of one part, so many are offered.
+constexpr size_t kMostOfPart = 8;
 
 /// The widest thing that the gripper takes, m.
 double MaxOpening(const Context& context) {
   if (context.robot() == nullptr) return kDefaultOpening;
   const robot::Gripper& gripper = context.robot()->gripper();
   return std::min(gripper.max_opening, gripper.max_width + kOpeningSlack);
+}
+
+double PadHalfWidth(const Context& context) {
+  return context.robot() != nullptr ? context.robot()->gripper().pad_half_width : kDefaultPadHalfWidth;
 }
 
 }  // namespace
@@ -90,10 +101,38 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
                       R_now);
 }
 
+/// The ways to take one part, without their scores.
+std::vector<Grasp> GraspsOfPart(const Context& context, const Part& part, const Vector3d& approach_O) {
+  std::vector<Grasp> grasps;
+  Grasp grasp;
+  grasp.approach_O = approach_O;
+  if (std::holds_alternative<geometry::Hull>(part.primitive)) {
+    for (OppositeSides& sides : FindOppositeSides(part, approach_O, PadHalfWidth(context))) {
+      grasp.closing_O = sides.closing;
+      grasp.width = sides.width;
+      grasp.centre_O = sides.centre;
+      grasp.bounds_O = std::move(sides.bounds);
+      grasp.label = "fingers close on " + sides.name;
+      grasps.push_back(grasp);
+    }
+    return grasps;
+  }
+  grasp.centre_O = part.X_SP.p;
+  for (const ClosingDirection& way :
+       ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
+    grasp.closing_O.reset();
+    if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
+    grasp.width = way.width;
+    grasp.label = std::string("fingers close along ") + way.name;
+    grasps.push_back(grasp);
+  }
+  return grasps;
+}
+
 /// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
-  const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), part.X_SP.p);
+  const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), grasp.centre_O);
   const double turn = math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
   double score = kWidthWeight * grasp.width + kTurnWeight * turn * turn;
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
@@ -132,6 +171,8 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
   if (!grasp) {
     double smallest = 0;
     FindGrasps(context, object, &smallest);
+    if (!std::isfinite(smallest))
+      return sink.Refute("no two sides of " + object + " face each other across the fingers' approach");
     char text[160];
     std::snprintf(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
                   object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
@@ -153,8 +194,14 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
     centred = {x, up.cross(x)};
   }
   std::vector<HalfSpaceRow> rows;
-  for (const Vector3d& n : centred) rows.push_back({Vector3d::Zero(), n, n.dot(part.X_SP.p)});
+  for (const Vector3d& n : centred) rows.push_back({Vector3d::Zero(), n, n.dot(grasp->centre_O)});
   sink.Add(Role::kEquality, label + ": centred between the fingers", MakeHalfSpaces(rows), frames);
+  if (!grasp->bounds_O.empty()) {
+    rows.clear();
+    for (const FaceEdge& bound : grasp->bounds_O)
+      rows.push_back({Vector3d::Zero(), bound.normal, bound.offset});
+    AddHalfSpaces(Role::kInequality, label + ": fingers on its sides", rows, frames, sink);
+  }
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   sink.Add(
@@ -187,6 +234,14 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   findings.Report(label + ": width between the fingers", nlp::Unit::kMetre,
                   upper + lower - MaxOpening(context));
   findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower));
+  if (std::holds_alternative<geometry::Hull>(part.primitive)) {
+    // The fingers lie flat against what they close on.
+    for (const Vector3d& outward : {closing, Vector3d(-closing)}) {
+      const auto hit = geometry::CastRay(part.primitive, part.X_SP, X_OH.p, outward);
+      const double angle = hit ? std::acos(std::clamp(hit->n_W.dot(outward), -1.0, 1.0)) : std::numbers::pi;
+      findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel);
+    }
+  }
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   const Vector3d down = X_OH.R.col(2);
@@ -204,26 +259,23 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
   const geometry::Shape* shape = context.ShapeOf(object);
   if (shape == nullptr) return grasps;
   const double opening = MaxOpening(context) - kOpeningSlack;
+  const auto better = [](const Grasp& a, const Grasp& b) { return a.score < b.score - 1e-9; };
   for (size_t i = 0; i < shape->parts.size(); ++i) {
     const Part& part = shape->parts[i];
-    Grasp grasp;
-    grasp.part = static_cast<int>(i);
-    grasp.approach_O = context.DownFace(object);
-    for (const ClosingDirection& way :
-         ClosingDirections(part.primitive, part.X_SP.R.transpose() * grasp.approach_O)) {
-      smallest = std::min(smallest, way.width);
-      if (way.width > opening) continue;
-      grasp.closing_O.reset();
-      if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
-      grasp.width = way.width;
-      grasp.label = (shape->is_compound() ? "part " + std::to_string(i + 1) + ", " : std::string()) +
-                    "fingers close along " + way.name;
+    std::vector<Grasp> of_part;
+    for (Grasp& grasp : GraspsOfPart(context, part, context.DownFace(object))) {
+      smallest = std::min(smallest, grasp.width);
+      if (grasp.width > opening) continue;
+      grasp.part = static_cast<int>(i);
+      if (shape->is_compound()) grasp.label = "part " + std::to_string(i + 1) + ", " + grasp.label;
       grasp.score = ScoreGrasp(context, object, part, grasp);
-      grasps.push_back(grasp);
+      of_part.push_back(std::move(grasp));
     }
+    std::stable_sort(of_part.begin(), of_part.end(), better);
+    if (of_part.size() > kMostOfPart) of_part.resize(kMostOfPart);
+    std::move(of_part.begin(), of_part.end(), std::back_inserter(grasps));
   }
-  std::stable_sort(grasps.begin(), grasps.end(),
-                   [](const Grasp& a, const Grasp& b) { return a.score < b.score - 1e-9; });
+  std::stable_sort(grasps.begin(), grasps.end(), better);
   if (smallest_width != nullptr) *smallest_width = smallest;
   return grasps;
 }
@@ -248,7 +300,8 @@ Kind GraspableKind() {
           "The hand stands so that its two fingers can close on the object: it approaches from above the "
           "face that the object stands on, "
           "closes along a direction in which the object fits between the fingers, is centred, its palm is "
-          "clear, and its pads do not reach below the object. The orientation that is "
+          "clear, and its pads do not reach below the object. A hull is held where two of its sides lie "
+          "opposite each other, parallel to within 0.1 rad. The orientation that is "
           "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
           "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
           "Paper A, section VI-B; ERRATA A13",

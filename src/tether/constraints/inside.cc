@@ -3,6 +3,7 @@
 
 #include "tether/common/overloaded.h"
 #include "tether/constraints/grasp.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polytope.h"
@@ -66,7 +67,7 @@ void AddPartRows(const Part& part, double margin, const std::string& label,
                    }
                  }},
       part.primitive);
-  if (!rows.empty()) sink.Add(Role::kInequality, label, MakeHalfSpaces(std::move(rows)), frames);
+  AddHalfSpaces(Role::kInequality, label, rows, frames, sink);
 }
 
 std::string Resolve(const Context& context, const std::string& frame) {
@@ -119,7 +120,10 @@ void GuessInside(const Context& context, const Parameters& parameters, Pose& X_T
                         [&](const geometry::Sphere&) { p_PC.setZero(); },
                         [&](const geometry::Capsule& capsule) { clamp_z(0.5 * capsule.length); },
                         [&](const geometry::Cylinder& cylinder) { clamp_z(0.5 * cylinder.length); },
-                        [&](const geometry::Hull& hull) { p_PC = hull.polytope->centroid; }},
+                        [&](const geometry::Hull& hull) {
+                          const auto grasp = ChosenGrasp(context, parameters.Text("of"));
+                          p_PC = grasp ? part.X_SP.Inverse() * grasp->centre_O : hull.polytope->centroid;
+                        }},
              part.primitive);
   X_TC.p = part.X_SP * p_PC;
 }

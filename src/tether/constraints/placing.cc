@@ -3,6 +3,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
 #include "tether/geometry/bounds.h"
@@ -17,8 +18,10 @@ using geometry::FlatFacet;
 using math::Pose;
 using nlp::Role;
 
-// Polygons with more corners than this stand for discs, and get one row per edge of the other polygon.
+// Polygons with more corners than this stand for discs if their inscribed circle has this share of the radius
+// of the circle about them, and get one row per edge of the other polygon.
 constexpr size_t kMostCorners = 8;
+constexpr double kRound = 0.97;
 // A footprint that fits with less room than this is not asked to fit, m.
 constexpr double kLeastSlack = 5e-4;
 // A guess keeps this far from other things, m; where it can't, it looks around in rings of this width, m.
@@ -63,11 +66,13 @@ Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const Fla
       const Vector3d centre = CentroidOf(foot);
       double radius = 0;
       for (const Vector3d& vertex : foot.points) radius = std::max(radius, (vertex - centre).norm());
-      demand.points_A = {centre};
-      demand.margin += radius;
-    } else {
-      demand.points_A = foot.points;
+      if (InradiusOf(foot) > kRound * radius) {
+        demand.points_A = {centre};
+        demand.margin += radius;
+        return demand;
+      }
     }
+    demand.points_A = foot.points;
     return demand;
   }
   // ERRATA A13: else the true centre of mass, at least the margin inside, and well inside of a small support.
@@ -294,10 +299,10 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
     for (const Vector3d& p_AQ : demand.points_A)
       rows.push_back({p_AQ, edge.normal, edge.offset - demand.margin});
   }
-  sink.Add(
+  AddHalfSpaces(
       Role::kInequality,
       "supported(" + object + ", " + by + "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
-      MakeHalfSpaces(std::move(rows)), {{by, context.step()}, {object, context.step()}});
+      rows, {{by, context.step()}, {object, context.step()}}, sink);
 }
 
 void CheckSupported(const Context& context, const Parameters& parameters, Findings& findings) {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tether/constraints/contact.h"
+#include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
 #include "tether/geometry/distance.h"
@@ -28,15 +29,13 @@ Vector3d ToolDown(const Context& context, const std::string& tool) {
   return tool == kHand ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
 }
 
-const geometry::Part& ToolPart(const Context& context, const std::string& tool, const Contact& contact) {
-  return context.ShapeOf(tool)->parts[static_cast<size_t>(contact.tool_part)];
-}
-
 /// Heights over the object's origin between which the middle of the tool may press: above its lower edge, not
-/// above its centre of mass.
-std::pair<double, double> PressHeights(const geometry::Shape& object, const Vector3d& up_B) {
-  const double low = -geometry::Support(object, -up_B) + 0.002;
-  return {low, std::max(low + 0.002, up_B.dot(geometry::CentreOfMass(object)))};
+/// above its centre of mass where the side reaches down there, and on the side.
+std::pair<double, double> PressHeights(const geometry::Shape& object, const Vector3d& up_B,
+                                       const Contact& contact) {
+  const double low = std::max(-geometry::Support(object, -up_B) + 0.002, contact.lowest_B);
+  const double high = std::max(low + 0.002, up_B.dot(geometry::CentreOfMass(object)));
+  return {std::min(low, contact.highest_B), std::min(high, contact.highest_B)};
 }
 
 void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC) {
@@ -46,7 +45,6 @@ void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC
   const auto contact = ChosenContact(context, a, b, context.step());
   if (!contact) return;
   const Vector3d up_B = -context.DownFace(b);
-  const geometry::Part& part = ToolPart(context, a, *contact);
   // Level first, then turned about the vertical until line or face lie against the side.
   X_TC.R =
       Eigen::Quaterniond::FromTwoVectors(X_TC.R * ToolDown(context, a), -up_B).toRotationMatrix() * X_TC.R;
@@ -58,19 +56,19 @@ void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC
       if (goal.dot(direction_B) < 0) goal = -goal;
       // Either way round serves for a line; the rest of the tool should lie on the side that the push goes
       // to.
-      const Vector3d arm_A = geometry::CentreOfMass(*context.ShapeOf(a)) - part.X_SP.p;
+      const Vector3d arm_A = geometry::CentreOfMass(*context.ShapeOf(a)) - contact->centre_A;
       const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(direction_B, goal).toRotationMatrix();
       if ((turn * X_TC.R * arm_A).dot(contact->normal_B) > 1e-6) goal = -goal;
     }
     const double angle = std::atan2(up_B.dot(direction_B.cross(goal)), direction_B.dot(goal));
     X_TC.R = math::ExpSO3(up_B * angle) * X_TC.R;
   }
-  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B);
+  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B, *contact);
   const Vector3d com_B = geometry::CentreOfMass(*context.ShapeOf(b));
   const Vector3d across = up_B.cross(contact->normal_B);
   const Vector3d p_BCentre = contact->normal_B * (contact->offset_B + contact->tool_depth) +
                              across * across.dot(com_B) + up_B * (0.5 * (low + high));
-  X_TC.p = p_BCentre - X_TC.R * part.X_SP.p;
+  X_TC.p = p_BCentre - X_TC.R * contact->centre_A;
 }
 
 void BuildTouch(const Context& context, const Parameters& parameters, RowSink& sink) {
@@ -80,7 +78,6 @@ void BuildTouch(const Context& context, const Parameters& parameters, RowSink& s
   const auto contact = ChosenContact(context, a, b, context.step());
   if (!contact) return sink.Refute(label + ": no side of " + b + " that a part of " + a + " can lie against");
   const Vector3d up_B = -context.DownFace(b);
-  const geometry::Part& part = ToolPart(context, a, *contact);
   const std::vector<FrameAt> frames{{b, context.step()}, {a, context.step()}};
   std::vector<DirectionRow> rows = ParallelRows(ToolDown(context, a), up_B);
   const Vector3d across = up_B.cross(contact->normal_B);
@@ -88,7 +85,7 @@ void BuildTouch(const Context& context, const Parameters& parameters, RowSink& s
   if (contact->form == Contact::Form::kFace) rows.push_back({contact->direction_A, across, 0});
   sink.Add(Role::kEquality, label + ": level and square to the side", MakeDirections(rows), frames);
   sink.Add(Role::kEquality, label + ": contact",
-           MakeHalfSpaces({{part.X_SP.p, contact->normal_B, contact->offset_B + contact->tool_depth}}),
+           MakeHalfSpaces({{contact->centre_A, contact->normal_B, contact->offset_B + contact->tool_depth}}),
            frames);
   sink.Exempt(context.step(), a, b, contact->tool_part);
 }
@@ -124,7 +121,6 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   const Vector3d up_B = -context.DownFace(b);
   const Vector3d& n = contact->normal_B;
   const Vector3d across = up_B.cross(n);
-  const geometry::Part& part = ToolPart(context, a, *contact);
 
   // Real contacts creep sideways long before they slip, so a planned push uses only part of what ERRATA A13
   // allows. Linear in the displacement, so that a push of no length is allowed and has no direction to be
@@ -139,8 +135,8 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   std::vector<HalfSpaceRow> rows;
   if (contact->form == Contact::Form::kPoint) {
     const double middle = across.dot(com_B);
-    rows.push_back({part.X_SP.p, across, middle + kPointOffset});
-    rows.push_back({part.X_SP.p, -across, -middle + kPointOffset});
+    rows.push_back({contact->centre_A, across, middle + kPointOffset});
+    rows.push_back({contact->centre_A, -across, -middle + kPointOffset});
     sink.Add(Role::kInequality, label + ": behind the centre of mass", MakeHalfSpaces(rows),
              {{b, before}, {a, before}});
   } else {
@@ -152,7 +148,7 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
     const double side =
         std::max(kEndMargin, geometry::Support(*context.ShapeOf(b), across) - across.dot(com_B));
     const double half = contact->half_width - std::min(side, 0.5 * contact->half_width);
-    const double middle = along_A.dot(part.X_SP.p);
+    const double middle = along_A.dot(contact->centre_A);
     rows.push_back({com_B, along_A, middle + half});
     rows.push_back({com_B, -along_A, -middle + half});
     sink.Add(Role::kInequality, label + ": behind the centre of mass", MakeHalfSpaces(rows),
@@ -160,9 +156,9 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   }
 
   // High enough over the surface, low enough not to tip the object.
-  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B);
+  const auto [low, high] = PressHeights(*context.ShapeOf(b), up_B, *contact);
   sink.Add(Role::kInequality, label + ": height of the contact",
-           MakeHalfSpaces({{part.X_SP.p, up_B, high}, {part.X_SP.p, -up_B, -low}}),
+           MakeHalfSpaces({{contact->centre_A, up_B, high}, {contact->centre_A, -up_B, -low}}),
            {{b, before}, {a, before}});
   if (const geometry::Shape* surface = context.ShapeOf(c)) {
     const Vector3d up_C = -context.DownFace(c);
@@ -217,14 +213,11 @@ void GuessSlide(const Context& context, const Parameters& parameters, Pose& X_TC
   double best_cosine = 0.7;
   const geometry::Shape* shape = context.ShapeOf(b);
   for (const geometry::Part& part : shape->parts) {
-    if (!std::holds_alternative<geometry::Box>(part.primitive)) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int sign : {1, -1}) {
-        const Vector3d n = X_TC.R * part.X_SP.R.col(axis) * sign;
-        if (n.dot(toward) / far > best_cosine && std::abs(n.dot(up_C)) < 0.1) {
-          best = n;
-          best_cosine = n.dot(toward) / far;
-        }
+    for (const FlatSide& side : FlatSides(part)) {
+      const Vector3d n = X_TC.R * -side.normal;
+      if (n.dot(toward) / far > best_cosine && std::abs(n.dot(up_C)) < 0.1) {
+        best = n;
+        best_cosine = n.dot(toward) / far;
       }
     }
   }
@@ -253,8 +246,7 @@ void BuildSlide(const Context& context, const Parameters& parameters, RowSink& s
   for (const FaceEdge& edge : EdgesOf(support)) {
     for (const Vector3d& p_BQ : points) rows.push_back({p_BQ, edge.normal, edge.offset});
   }
-  sink.Add(Role::kInequality, label + ": stays on it", MakeHalfSpaces(std::move(rows)),
-           {{c, after}, {b, after}});
+  AddHalfSpaces(Role::kInequality, label + ": stays on it", rows, {{c, after}, {b, after}}, sink);
   sink.Exempt(after, b, c);
 }
 
@@ -284,7 +276,8 @@ Kind TouchKind() {
   return {"touch",
           "The first object, held level, lies against a level side of the second: a sphere or an upright rod "
           "touches it at a point, a lying "
-          "rod along a line, a box with a face. One smooth row for the distance and up to three for the "
+          "rod along a line, a box or a hull with a face. The side of a hull must be upright to within 0.01 "
+          "rad. One smooth row for the distance and up to three for the "
           "attitude.",
           "Paper A, eq. (8); ERRATA A2, A12, A13",
           {{"between", ParameterDoc::Type::kFramePair, true, 0, 0, 0, {}, "the tool, and what it touches"}},

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tether/geometry/polytope.h"
+
 namespace tether::constraints {
 
 using Eigen::Vector3d;
@@ -12,6 +14,46 @@ std::vector<FaceEdge> EdgesOf(const geometry::FlatFacet& face) {
     edges.push_back({edge.normal.x() * face.axis_x + edge.normal.y() * face.axis_y, edge.offset});
   }
   return edges;
+}
+
+std::vector<FlatSide> FlatSides(const geometry::Part& part) {
+  std::vector<FlatSide> sides;
+  const auto add = [&](const Vector3d& normal_P, double offset_P, const std::string& name) -> FlatSide& {
+    const Vector3d normal = part.X_SP.R * normal_P;
+    return sides.emplace_back(FlatSide{normal, offset_P + normal.dot(part.X_SP.p), {}, name});
+  };
+  if (const auto* box = std::get_if<geometry::Box>(&part.primitive)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int sign : {1, -1}) {
+        FlatSide& side = add(sign * Vector3d::Unit(axis), 0.5 * box->size[axis],
+                             std::string(sign > 0 ? "+" : "-") + "xyz"[axis]);
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (const auto& [along_u, along_v] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}) {
+          Vector3d corner;
+          corner[axis] = 0.5 * sign * box->size[axis];
+          corner[u] = 0.5 * along_u * box->size[u];
+          corner[v] = 0.5 * sign * along_v * box->size[v];
+          side.corners.push_back(part.X_SP * corner);
+        }
+      }
+    }
+  } else if (const auto* hull = std::get_if<geometry::Hull>(&part.primitive)) {
+    for (const geometry::Polytope::Face& face : hull->polytope->faces) {
+      FlatSide& side = add(face.normal, face.offset, std::to_string(sides.size() + 1));
+      for (const int corner : face.corners)
+        side.corners.push_back(part.X_SP * hull->polytope->vertices[static_cast<size_t>(corner)]);
+    }
+  }
+  return sides;
+}
+
+Extent ExtentAlong(const FlatSide& side, const Vector3d& direction) {
+  Extent extent{direction.dot(side.corners.front()), direction.dot(side.corners.front())};
+  for (const Vector3d& corner : side.corners) {
+    extent.low = std::min(extent.low, direction.dot(corner));
+    extent.high = std::max(extent.high, direction.dot(corner));
+  }
+  return extent;
 }
 
 Vector3d CentroidOf(const geometry::FlatFacet& face) { return face.Lift(geometry::Centroid(face.polygon)); }

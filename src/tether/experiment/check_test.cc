@@ -21,7 +21,7 @@ scene::Object& Find(Scenario& scenario, const std::string& name) {
 }
 
 TEST(CheckTest, ShippedScenariosAreConsistent) {
-  for (const char* name : {"hanoi", "workspace_reach", "stacking", "tool_use"}) {
+  for (const char* name : {"hanoi", "workspace_reach", "stacking", "tool_use", "parts"}) {
     EXPECT_THAT(CheckGeometry(Shipped(name)), ElementsAre()) << name;
   }
 }

@@ -13,7 +13,7 @@ constexpr double kPosition = 0.01;
 constexpr double kRotation = 0.0873;
 
 TEST(PerturbTest, MovesMovableObjectsWithinTheBoundsAndNothingElse) {
-  for (const char* name : {"workspace_reach", "tool_use", "stacking"}) {
+  for (const char* name : {"workspace_reach", "tool_use", "stacking", "parts"}) {
     const Scenario scenario = Shipped(name);
     double farthest = 0, widest = 0;
     for (uint64_t seed = 0; seed < 100; ++seed) {

@@ -157,7 +157,7 @@ Foot FootOnCylinder(double radius, double half_length, const Eigen::Vector3d& q,
 
 /// The point of a cylinder at the origin that is nearest to q: q itself where it is inside.
 inline Eigen::Vector3d NearestOfCylinder(double radius, double half_length, const Eigen::Vector3d& q) {
-  const double across = std::hypot(q.x(), q.y());
+  const double across = std::sqrt(q.x() * q.x() + q.y() * q.y());
   const double scale = across > radius ? radius / across : 1.0;
   return {scale * q.x(), scale * q.y(), std::clamp(q.z(), -half_length, half_length)};
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/core.h"
+#include "tether/geometry/gjk.h"
 #include "tether/geometry/normal_search.h"
 
 namespace tether::geometry::internal {
@@ -23,14 +24,32 @@ Gap FromPoints(const Vector3d& p_A, const Vector3d& p_B) {
   return {distance, p_A, p_B, (p_B - p_A) / distance};
 }
 
+/// Whether nearest points found on some edges are those of the solids: all edges may stay clear although one
+/// solid pierces a face of the other, so the normal must tell them apart. If so, `gap` is completed.
+bool TellsApart(const Query& query, double nearest2, Gap* gap) {
+  if (!(nearest2 > kTouching * kTouching)) return false;
+  const Gap apart = FromPoints(gap->p_A, gap->p_B);
+  if (!(query.Separation(apart.n) > 0)) return false;
+  *gap = apart;
+  return true;
+}
+
 /// The point of the rim with the given centre (in the frame of the cylinder `core`) that is nearest to the
-/// cylinder.
+/// cylinder; none where all are beyond a given distance.
 struct RimPoint {
   Vector3d p = Vector3d::Zero();
   double distance2 = 1e300;
 };
-RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_radius, const Core& core) {
+RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_radius, const Core& core,
+                      double beyond2) {
   constexpr int kSamples = 16;
+  // No point of an arc is nearer than one of its ends less its length.
+  const auto may_be_nearer = [&](double distance2, double arc, double than2) {
+    const double lower = std::sqrt(distance2) - arc;
+    return lower <= 0 || lower * lower < than2;
+  };
+  const Vector3d to_centre = centre - NearestOfCylinder(core.disc, core.half.z(), centre);
+  if (!may_be_nearer(to_centre.squaredNorm(), rim_radius, beyond2)) return {};
   const Vector3d u = axis.unitOrthogonal();
   const Vector3d v = axis.cross(u);
   const auto point = [&](double angle) {
@@ -48,6 +67,7 @@ RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_r
   RimPoint nearest;
   for (int i = 0; i < kSamples; ++i) {
     if (value[i] > value[(i + 1) % kSamples] || value[i] > value[(i + kSamples - 1) % kSamples]) continue;
+    if (!may_be_nearer(value[i], rim_radius * step, std::min(beyond2, nearest.distance2))) continue;
     const double lower = (i - 1) * step;
     const double upper = (i + 1) * step;
     const double f_lower = slope(lower);
@@ -158,16 +178,11 @@ Gap SegmentCylinder(const Query& query) {
   return gap;
 }
 
-Gap BoxCylinder(const Query& query) {
-  const Eigen::Matrix3d& R = query.X_AB.R;
-  BestNormal best(query);
-  for (int axis = 0; axis < 3; ++axis) best.TryBoth(Vector3d::Unit(axis), 0);
-  TryCaps(R, &best);
-  Gap gap;
-  const double miss = WitnessAlong(query, best.n(), &gap);
-  if (gap.distance > 0 && miss <= kMiss) return gap;
+namespace {
 
-  // Apart, with no witness inside a face: then the box's lies on one of its edges.
+/// The cylinder's witness on a box's edge, for solids that are apart; false where that does not tell.
+bool ApartAtEdge(const Query& query, Gap* gap) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
   const Vector3d& half = query.a.half;
   double nearest2 = 1e300;
   for (int axis = 0; axis < 3; ++axis) {
@@ -190,15 +205,25 @@ Gap BoxCylinder(const Query& query) {
       const double distance2 = (q_B - foot_B).squaredNorm();
       if (distance2 >= nearest2) continue;
       nearest2 = distance2;
-      gap.p_A = start + 2 * t * half[axis] * Vector3d::Unit(axis);
-      gap.p_B = query.X_AB * foot_B;
+      gap->p_A = start + 2 * t * half[axis] * Vector3d::Unit(axis);
+      gap->p_B = query.X_AB * foot_B;
     }
   }
-  // All edges may stay clear although the cylinder pierces a face: ask for a normal that tells them apart.
-  if (nearest2 > kTouching * kTouching) {
-    const Gap apart = FromPoints(gap.p_A, gap.p_B);
-    if (query.Separation(apart.n) > 0) return apart;
-  }
+  return TellsApart(query, nearest2, gap);
+}
+
+}  // namespace
+
+Gap BoxCylinder(const Query& query) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  BestNormal best(query);
+  for (int axis = 0; axis < 3; ++axis) best.TryBoth(Vector3d::Unit(axis), 0);
+  TryCaps(R, &best);
+  Gap gap;
+  const double miss = WitnessAlong(query, best.n(), &gap);
+  if (gap.distance > 0 && miss <= kMiss) return gap;
+  // Apart, with no witness inside a face: then the box's lies on one of its edges.
+  if ((gap.distance > 0 || !SurelyOverlap(query)) && ApartAtEdge(query, &gap)) return gap;
 
   const Vector3d axis_B = R.col(2);
   for (int axis = 0; axis < 3; ++axis) {
@@ -210,6 +235,37 @@ Gap BoxCylinder(const Query& query) {
   WitnessAlong(query, best.n(), &gap);
   return gap;
 }
+
+namespace {
+
+/// A witness on a rim of either, for solids that are apart; false where that does not tell.
+bool ApartAtRim(const Query& query, Gap* gap) {
+  const Eigen::Matrix3d& R = query.X_AB.R;
+  const Vector3d axis_B = R.col(2);
+  double nearest2 = 1e300;
+  // The ends that face the other solid first: they rule out most of the rest.
+  const double facing_A = query.X_AB.p.z() >= 0 ? 1 : -1, facing_B = query.X_AB.p.dot(axis_B) >= 0 ? -1 : 1;
+  for (const double side : {1.0, -1.0}) {
+    const Vector3d centre_A(0, 0, side * facing_A * query.a.half.z());
+    const RimPoint on_a = NearestOnRim(R.transpose() * (centre_A - query.X_AB.p), R.transpose().col(2),
+                                       query.a.disc, query.b, nearest2);
+    if (on_a.distance2 < nearest2) {
+      nearest2 = on_a.distance2;
+      gap->p_A = query.X_AB * on_a.p;
+      gap->p_B = query.X_AB * NearestOfCylinder(query.b.disc, query.b.half.z(), on_a.p);
+    }
+    const RimPoint on_b = NearestOnRim(query.X_AB.p + side * facing_B * query.b.half.z() * axis_B, axis_B,
+                                       query.b.disc, query.a, nearest2);
+    if (on_b.distance2 < nearest2) {
+      nearest2 = on_b.distance2;
+      gap->p_B = on_b.p;
+      gap->p_A = NearestOfCylinder(query.a.disc, query.a.half.z(), on_b.p);
+    }
+  }
+  return TellsApart(query, nearest2, gap);
+}
+
+}  // namespace
 
 Gap CylinderCylinder(const Query& query) {
   const Eigen::Matrix3d& R = query.X_AB.R;
@@ -229,32 +285,10 @@ Gap CylinderCylinder(const Query& query) {
   if (gap.distance > 0 && miss <= kMiss) return gap;
 
   // Apart, with no witness inside a cap and not side to side: then a witness lies on a rim.
-  double nearest2 = 1e300;
-  for (const double end : {-1.0, 1.0}) {
-    const Vector3d centre_A(0, 0, end * query.a.half.z());
-    const RimPoint on_a =
-        NearestOnRim(R.transpose() * (centre_A - query.X_AB.p), R.transpose().col(2), query.a.disc, query.b);
-    if (on_a.distance2 < nearest2) {
-      nearest2 = on_a.distance2;
-      gap.p_A = query.X_AB * on_a.p;
-      gap.p_B = query.X_AB * NearestOfCylinder(query.b.disc, query.b.half.z(), on_a.p);
-    }
-    const RimPoint on_b =
-        NearestOnRim(query.X_AB.p + end * query.b.half.z() * axis_B, axis_B, query.b.disc, query.a);
-    if (on_b.distance2 < nearest2) {
-      nearest2 = on_b.distance2;
-      gap.p_B = on_b.p;
-      gap.p_A = NearestOfCylinder(query.a.disc, query.a.half.z(), on_b.p);
-    }
-  }
-  // A rim may stay clear of the other solid although the two overlap: ask for a normal that tells them apart.
-  if (nearest2 > kTouching * kTouching) {
-    const Gap apart = FromPoints(gap.p_A, gap.p_B);
-    if (query.Separation(apart.n) > 0) return apart;
-  }
+  if ((gap.distance > 0 || !SurelyOverlap(query)) && ApartAtRim(query, &gap)) return gap;
   TryCircle(query, Vector3d::UnitZ(), &best);
   TryCircle(query, axis_B, &best);
-  TrySphere(query, &best);
+  TryRims(query, &best);
   WitnessAlong(query, best.n(), &gap);
   return gap;
 }

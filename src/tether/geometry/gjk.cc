@@ -131,4 +131,23 @@ Apart FindApart(const Query& query) {
   return result;
 }
 
+bool SurelyOverlap(const Query& query) {
+  constexpr int kFewSteps = 16;
+  Simplex simplex;
+  Vector3d v = query.X_AB.p;
+  if (!(v.squaredNorm() > 0)) v = Vector3d::UnitZ();
+  for (int step = 0; step < kFewSteps; ++step) {
+    Corner corner;
+    corner.p_A = query.a.SupportPoint(v);
+    corner.p_B = query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * v));
+    corner.w = corner.p_B - corner.p_A;
+    if (v.dot(corner.w) > 0) return false;
+    simplex.corners[simplex.size++] = corner;
+    v = Reduce(&simplex);
+    if (simplex.size == 4) return true;
+    if (!(v.norm() > kTouching)) return false;
+  }
+  return false;
+}
+
 }  // namespace tether::geometry::internal

@@ -16,4 +16,7 @@ struct Apart {
 /// between polytopes. Cores that touch to within 1e-9 m may be called either.
 Apart FindApart(const Query& query);
 
+/// Whether the cores overlap, for certain; a few steps of the same. False also where it takes more to tell.
+bool SurelyOverlap(const Query& query);
+
 }  // namespace tether::geometry::internal

@@ -188,6 +188,38 @@ Vector3d NearestOnFace(const Polytope& hull, const Polytope::Face& face, const V
   return inside ? p : nearest;
 }
 
+/// A hull's witness on one of its edges, for a cylinder and a hull that are apart; false where that does not
+/// tell.
+bool ApartAtEdge(const Query& query, Gap* gap) {
+  const math::Pose& X = query.X_AB;
+  const double radius = query.a.disc;
+  const double half = query.a.half.z();
+  double nearest2 = 1e300;
+  for (const Polytope::Edge& edge : query.b.hull->edges) {
+    const Vector3d start = X * query.b.hull->vertices[edge.from];
+    const Vector3d along = X * query.b.hull->vertices[edge.to] - start;
+    const Vector3d middle = start + 0.5 * along;
+    const double bound = (middle - NearestOfCylinder(radius, half, middle)).norm() - 0.5 * along.norm();
+    if (bound > 0 && bound * bound >= nearest2) continue;
+    const Vector3d q = start + NearestParameterToCylinder(radius, half, start, along) * along;
+    const Vector3d foot = NearestOfCylinder(radius, half, q);
+    if ((q - foot).squaredNorm() >= nearest2) continue;
+    nearest2 = (q - foot).squaredNorm();
+    gap->p_A = foot;
+    gap->p_B = q;
+  }
+  // All edges may stay clear although the cylinder pierces a face: ask for a normal that tells them apart.
+  if (nearest2 > 1e-16) {
+    const double distance = std::sqrt(nearest2);
+    const Vector3d n = (gap->p_B - gap->p_A) / distance;
+    if (query.Separation(n) > 0) {
+      *gap = {distance, gap->p_A, gap->p_B, n};
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 Foot FootOnHull(const Polytope& hull, const Vector3d& q, const Vector3d& up) {
@@ -244,28 +276,7 @@ Gap CylinderHull(const Query& query) {
   if (gap.distance > 0 && miss <= kTouching) return gap;
 
   // Apart, with no witness inside a face: then the hull's lies on one of its edges.
-  const double radius = query.a.disc;
-  const double half = query.a.half.z();
-  double nearest2 = 1e300;
-  for (const Polytope::Edge& edge : query.b.hull->edges) {
-    const Vector3d start = X * query.b.hull->vertices[edge.from];
-    const Vector3d along = X * query.b.hull->vertices[edge.to] - start;
-    const Vector3d middle = start + 0.5 * along;
-    const double bound = (middle - NearestOfCylinder(radius, half, middle)).norm() - 0.5 * along.norm();
-    if (bound > 0 && bound * bound >= nearest2) continue;
-    const Vector3d q = start + NearestParameterToCylinder(radius, half, start, along) * along;
-    const Vector3d foot = NearestOfCylinder(radius, half, q);
-    if ((q - foot).squaredNorm() >= nearest2) continue;
-    nearest2 = (q - foot).squaredNorm();
-    gap.p_A = foot;
-    gap.p_B = q;
-  }
-  // All edges may stay clear although the cylinder pierces a face: ask for a normal that tells them apart.
-  if (nearest2 > 1e-16) {
-    const double distance = std::sqrt(nearest2);
-    const Vector3d n = (gap.p_B - gap.p_A) / distance;
-    if (query.Separation(n) > 0) return {distance, gap.p_A, gap.p_B, n};
-  }
+  if ((gap.distance > 0 || !SurelyOverlap(query)) && ApartAtEdge(query, &gap)) return gap;
 
   TryCircle(query, Vector3d::UnitZ(), &best);
   for (const Polytope::Edge& edge : query.b.hull->edges) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -13,7 +14,7 @@ using std::numbers::pi;
 
 /// The cosine and sine of evenly spaced angles.
 struct CircleTable {
-  static constexpr int kSize = 32;
+  static constexpr int kSize = 8;
   std::array<double, kSize> cosine, sine;
   CircleTable() {
     for (int i = 0; i < kSize; ++i) {
@@ -36,7 +37,11 @@ class CircleSearch {
       : CircleSearch(query, UpAcross(axis, query.up_A), axis, best) {}
   /// Angles are measured from `start` about `axis`, unit and at right angles.
   CircleSearch(const Query& query, const Vector3d& start, const Vector3d& axis, BestNormal* best)
-      : query_(query), best_(best), u_(start), v_(axis.cross(start)) {}
+      : query_(query),
+        best_(best),
+        u_(start),
+        v_(axis.cross(start)),
+        discs_{Disc(query.a, Vector3d::UnitZ(), axis), Disc(query.b, query.X_AB.R.col(2), axis)} {}
 
   void Run() {
     constexpr int kSize = CircleTable::kSize;
@@ -82,15 +87,49 @@ class CircleSearch {
     return BoundOnArc(a.n, a.g, b.n, b.g, b.angle - a.angle);
   }
 
+  /// A disc as seen along the circle.
+  struct OnCircle {
+    double share;  // its radius times the squared cosine between its axis and the circle's
+    double u, v;   // its axis across the circle's
+    double across;
+  };
+  OnCircle Disc(const Core& core, const Vector3d& core_axis, const Vector3d& axis) const {
+    const double cosine = core_axis.dot(axis);
+    const double u = u_.dot(core_axis), v = v_.dot(core_axis);
+    return {std::max(core.disc, 0.0) * cosine * cosine, u, v, std::hypot(u, v)};
+  }
+
+  /// Between kinks the separation f along the circle has f'' = −f − c, where c ≥ 0 is the curvature that
+  /// discs have there. So at a peak c ≥ −f. False if that rules out a peak on the arc, given a bound of f;
+  /// kinks are for the caller to try.
+  bool MayPeak(const Sample& a, const Sample& b, double bound) const {
+    double curvature = 0;
+    for (const OnCircle& disc : discs_) {
+      if (disc.share == 0) continue;
+      const auto tilt = [&](const Vector3d& n) { return std::abs(u_.dot(n) * disc.u + v_.dot(n) * disc.v); };
+      const double most =
+          std::min(disc.across, std::max(tilt(a.n), tilt(b.n)) + 0.5 * (b.angle - a.angle) * disc.across);
+      const double sine2 = 1 - most * most;
+      if (!(sine2 > 1e-12)) return true;
+      curvature += disc.share / (sine2 * std::sqrt(sine2));
+    }
+    return curvature >= -bound - kTie;
+  }
+
+  bool MayGain(const Sample& a, const Sample& b, double gain) const {
+    const double bound = Bound(a, b);
+    return bound > best_->separation() + gain && MayPeak(a, b, bound);
+  }
+
   void Polish(const Sample& a, const Sample& b) {
-    if (!(a.slope >= 0 && b.slope <= 0) || Bound(a, b) <= best_->separation()) return;
+    if (!(a.slope >= 0 && b.slope <= 0) || !MayGain(a, b, 0)) return;
     const double angle =
         FindRoot([this](double t) { return -Take(t).slope; }, a.angle, -a.slope, b.angle, -b.slope);
     best_->Try(std::cos(angle) * u_ + std::sin(angle) * v_, 1);
   }
 
   void Split(const Sample& a, const Sample& b, int depth) {
-    if (depth > 24 || Bound(a, b) <= best_->separation() + kGain) return;
+    if (depth > 24 || !MayGain(a, b, kGain)) return;
     const Sample middle = Take(0.5 * (a.angle + b.angle));
     if (middle.value > best_->separation()) {
       Polish(a, middle);
@@ -111,6 +150,7 @@ class CircleSearch {
   const Query& query_;
   BestNormal* best_;
   Vector3d u_, v_;
+  std::array<OnCircle, 2> discs_;
 };
 
 /// The derivative of a support function's gradient, R (I − …) R^T for the disc of a core: zero for its box
@@ -164,16 +204,43 @@ Vector3d Climb(const Query& query, Vector3d n) {
   return n;
 }
 
-/// Branch-and-bound over spherical triangles, with the bound that CircleSearch explains.
-class SphereSearch {
+/// All normals of two cylinders whose rims meet: branch-and-bound over spherical triangles, with the bound
+/// that CircleSearch explains. The separation has ridges where the normal is across an axis. The triangles
+/// don't straddle them, so that every sample belongs to one rim of either.
+class RimSearch {
  public:
-  SphereSearch(const Query& query, BestNormal* best) : query_(query), best_(best) {}
+  RimSearch(const Query& query, BestNormal* best)
+      : query_(query),
+        best_(best),
+        axis_B_(query.X_AB.R.col(2)),
+        crossed_(Vector3d::UnitZ().cross(axis_B_)) {}
 
   void Run() {
-    std::array<Sample, 6> corner;
-    for (int i = 0; i < 6; ++i) corner[i] = Take((i % 2 == 0 ? 1.0 : -1.0) * Vector3d::Unit(i / 2));
-    for (int octant = 0; octant < 8; ++octant) {
-      Split(corner[octant & 1], corner[2 + ((octant >> 1) & 1)], corner[4 + (octant >> 2)], 0);
+    const Vector3d z = Vector3d::UnitZ();
+    const double sine = crossed_.norm();
+    const Vector3d w = sine > 10 * kParallel ? Vector3d(crossed_ / sine) : Vector3d::UnitX();
+    const Vector3d y = w.cross(z);
+    const double turn = std::atan2(axis_B_.dot(y), axis_B_.z());
+    // Ridges run between w and −w. Lunes between them that are wide are cut in two.
+    std::array<double, 9> ridges{-0.5 * pi, 0.5 * pi, turn - 0.5 * pi, turn + 0.5 * pi};
+    int count = 4;
+    for (int i = 0; i < count; ++i) ridges[i] = std::remainder(ridges[i], 2 * pi);
+    std::sort(ridges.begin(), ridges.begin() + count);
+    for (int i = 0, end = count; i < end; ++i) {
+      const double next = i + 1 < end ? ridges[i + 1] : ridges[0] + 2 * pi;
+      if (next - ridges[i] > 0.55 * pi) ridges[count++] = 0.5 * (ridges[i] + next);
+    }
+    std::sort(ridges.begin(), ridges.begin() + count);
+    ridges[count] = ridges[0] + 2 * pi;
+    const auto direction = [&](double angle) { return Vector3d(std::cos(angle) * z + std::sin(angle) * y); };
+    for (int i = 0; i < count; ++i) {
+      if (ridges[i + 1] - ridges[i] < 1e-9) continue;
+      const Vector3d middle = direction(0.5 * (ridges[i] + ridges[i + 1]));
+      end_A_ = (middle.z() >= 0 ? query_.a.half.z() : -query_.a.half.z()) * z;
+      end_B_ = query_.X_AB.p - (middle.dot(axis_B_) >= 0 ? query_.b.half.z() : -query_.b.half.z()) * axis_B_;
+      const Sample from = Take(direction(ridges[i])), to = Take(direction(ridges[i + 1]));
+      Split(Take(w), from, to, 0);
+      Split(Take(-w), from, to, 0);
     }
   }
 
@@ -183,18 +250,37 @@ class SphereSearch {
     double value = 0;
   };
 
+  /// The support difference of the rims at hand.
   Sample Take(const Vector3d& n) const {
-    const Vector3d g = SupportDifference(query_, n);
+    const auto on_rim = [&](double radius, const Vector3d& axis) {
+      const Vector3d across = n - n.dot(axis) * axis;
+      const double length = across.norm();
+      return length > 1e-12 ? Vector3d(radius / length * across) : Vector3d::Zero();
+    };
+    const Vector3d g =
+        end_B_ - end_A_ - on_rim(query_.a.disc, Vector3d::UnitZ()) - on_rim(query_.b.disc, axis_B_);
     return {n, g, g.dot(n)};
   }
 
+  /// The separation is at most g · n for any mean g of the samples'. That is linear, so over the flat
+  /// triangle it is greatest at a corner; the sphere lies outside of it.
+  static double Bound(const Sample& a, const Sample& b, const Sample& c) {
+    Eigen::Matrix3d g, n;
+    g << a.g, b.g, c.g;
+    n << a.n, b.n, c.n;
+    const Eigen::Matrix3d at = g.transpose() * n;  // of each g at each corner
+    double bound = at.colwise().sum().maxCoeff() / 3;
+    for (int i = 0; i < 3; ++i) {
+      bound = std::min(bound, at.row(i).maxCoeff());
+      bound = std::min(bound, 0.5 * (at.row(i) + at.row((i + 1) % 3)).maxCoeff());
+    }
+    return bound > 0 ? bound / std::max(0.3, n.rowwise().sum().norm() / 3) : bound;
+  }
+
   void Split(const Sample& a, const Sample& b, const Sample& c, int depth) {
-    // The mean g is linear, so over the flat triangle it is greatest at a corner; the sphere lies outside of
-    // it.
-    const Vector3d g = (a.g + b.g + c.g) / 3;
-    double bound = std::max({g.dot(a.n), g.dot(b.n), g.dot(c.n)});
-    if (bound > 0) bound /= std::max(0.5, (a.n + b.n + c.n).norm() / 3);
-    if (depth > 14 || (depth > 0 && bound <= best_->separation() + kGain)) return;
+    const double bound = Bound(a, b, c);
+    if (depth > 14 || bound <= best_->separation() + kGain) return;
+    if (bound < 0 && !MayPeak(a, b, c, bound)) return;
     const double value = std::max({a.value, b.value, c.value});
     if (value > best_->separation() + kTie) {
       const Sample& top = a.value == value ? a : b.value == value ? b : c;
@@ -209,8 +295,35 @@ class SphereSearch {
     Split(ca, bc, c, depth + 1);
   }
 
+  /// Between kinks, two rims have curvatures c_A = r_A / |n × z_A| along t_A = z_A × n / |z_A × n|, and
+  /// likewise B. At a peak of the separation f the least curvature of both together is at least −f. False if
+  /// that rules out a peak within the triangle, given a bound of f: the curvatures are bounded over a cap
+  /// around it.
+  bool MayPeak(const Sample& a, const Sample& b, const Sample& c, double bound) const {
+    const Vector3d middle = (a.n + b.n + c.n).normalized();
+    const double cosine = std::min({middle.dot(a.n), middle.dot(b.n), middle.dot(c.n)});
+    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+    const auto range = [&](double along) {  // of |n × axis| over the cap
+      along = std::abs(along);
+      const double across = std::sqrt(std::max(0.0, 1 - along * along));
+      return std::pair(std::max(0.0, across * cosine - along * sine),
+                       along * cosine <= across * sine ? 1.0 : across * cosine + along * sine);
+    };
+    const auto [a_low, a_high] = range(middle.z());
+    const auto [b_low, b_high] = range(middle.dot(axis_B_));
+    const double r_a = query_.a.disc, r_b = query_.b.disc;
+    // No more than either, and no more than twice the determinant over the trace.
+    if (r_a < -bound * a_low || r_b < -bound * b_low) return false;
+    const double tilt = std::abs(middle.dot(crossed_)) + std::sqrt(2 - 2 * cosine) * crossed_.norm();
+    const double trace = r_a / a_high + r_b / b_high;
+    const double cube = a_low * b_low;
+    return 2 * r_a * r_b * tilt * tilt >= (-bound - kTie) * trace * cube * cube * cube;
+  }
+
   const Query& query_;
   BestNormal* best_;
+  Vector3d axis_B_, crossed_;
+  Vector3d end_A_ = Vector3d::Zero(), end_B_ = Vector3d::Zero();  // the middles of the rims at hand
 };
 
 }  // namespace
@@ -241,6 +354,6 @@ void TryArc(const Query& query, const Vector3d& from, const Vector3d& to, BestNo
   CircleSearch(query, from, axis / sine, best).RunTo(std::atan2(sine, from.dot(to)));
 }
 
-void TrySphere(const Query& query, BestNormal* best) { SphereSearch(query, best).Run(); }
+void TryRims(const Query& query, BestNormal* best) { RimSearch(query, best).Run(); }
 
 }  // namespace tether::geometry::internal

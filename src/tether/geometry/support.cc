@@ -71,6 +71,51 @@ Vector3d CommonNormal(const Element& a, const Element& b, const Element& c, Vect
   return n;
 }
 
+/// No element reaches beyond the plane.
+bool IsSupporting(const std::vector<Element>& elements, const Vector3d& n, double offset) {
+  return std::all_of(elements.begin(), elements.end(), [&](const Element& element) {
+    return n.dot(element.SupportPoint(n)) <= offset + 0.1 * kOnPlane;
+  });
+}
+
+/// The normals of the flat faces of the elements' convex hull, as far as they hang on corners of several
+/// parts. A plane that touches a disc in two points holds all of it, so each hangs on three elements. Corners
+/// alone are those of a polytope; only what is round is tried in threes.
+std::vector<Vector3d> BridgingNormals(std::vector<Element> elements) {
+  std::vector<Vector3d> normals;
+  const auto round_end = std::stable_partition(elements.begin(), elements.end(),
+                                               [](const Element& e) { return e.ball > 0 || e.rim > 0; });
+  auto num_round = static_cast<size_t>(round_end - elements.begin());
+  std::vector<Vector3d> corners;
+  for (auto element = round_end; element != elements.end(); ++element) corners.push_back(element->centre);
+  const HullResult made = MakeHull(corners);
+  if (made.hull && made.left_out < 0.1 * kOnPlane) {
+    elements.erase(round_end, elements.end());
+    for (const Vector3d& p : made.hull->polytope->vertices) elements.push_back({p});
+    for (const Polytope::Face& face : made.hull->polytope->faces) {
+      if (IsSupporting(elements, face.normal, face.offset)) normals.push_back(face.normal);
+    }
+  } else {
+    num_round = elements.size();
+  }
+  for (size_t i = 0; i < num_round; ++i) {
+    for (size_t j = i + 1; j < elements.size(); ++j) {
+      for (size_t k = j + 1; k < elements.size(); ++k) {
+        const Vector3d u = elements[j].centre - elements[i].centre;
+        const Vector3d v = elements[k].centre - elements[i].centre;
+        const Vector3d start = u.cross(v);
+        if (!(start.norm() > 1e-9 * u.norm() * v.norm())) continue;
+        for (const double sign : {1.0, -1.0}) {
+          const Vector3d n = CommonNormal(elements[i], elements[j], elements[k], sign * start.normalized());
+          if (!n.isZero() && IsSupporting(elements, n, n.dot(elements[i].SupportPoint(n))))
+            normals.push_back(n);
+        }
+      }
+    }
+  }
+  return normals;
+}
+
 bool Flat(const Polygon& polygon) {
   if (polygon.size() < 3) return false;
   double longest = 0;
@@ -165,23 +210,8 @@ std::vector<FlatFacet> RestingFaces(const Shape& shape, const Vector3d& centre_o
       consider(-part.X_SP.R.col(axis));
     }
   }
-  // A plane that touches a disc in two points holds all of it, so every other face hangs on three elements.
-  const std::vector<Element> elements = Elements(shape);
-  for (size_t i = 0; i < elements.size() && shape.is_compound(); ++i) {
-    for (size_t j = i + 1; j < elements.size(); ++j) {
-      for (size_t k = j + 1; k < elements.size(); ++k) {
-        const Vector3d u = elements[j].centre - elements[i].centre;
-        const Vector3d v = elements[k].centre - elements[i].centre;
-        const Vector3d start = u.cross(v);
-        if (!(start.norm() > 1e-9 * u.norm() * v.norm())) continue;
-        for (const double sign : {1.0, -1.0}) {
-          const Vector3d n = CommonNormal(elements[i], elements[j], elements[k], sign * start.normalized());
-          if (n.isZero()) continue;
-          const double offset = n.dot(elements[i].SupportPoint(n));
-          if (offset >= Support(shape, n) - 0.1 * kOnPlane) consider(n);
-        }
-      }
-    }
+  if (shape.is_compound()) {
+    for (const Vector3d& n : BridgingNormals(Elements(shape))) consider(n);
   }
   std::vector<FlatFacet> faces;
   for (const Vector3d& n : normals) {

@@ -43,8 +43,8 @@ FlatFacet SupportPolygon(const Shape& shape, const Eigen::Vector3d& direction);
 
 /// The faces of the shape's convex hull on which it rests stably: those whose polygon contains the projection
 /// of the centre of mass (in S) with a margin above 1e-6 m. Spheres and capsules have none; a cylinder has
-/// its caps, its side rolls. Ordered by margin, greatest first, then by normal, greatest z, y, x first. Takes
-/// time cubic in the number of corners: fine to some twenty parts, meant to be computed once per shape.
+/// its caps, its side rolls. Ordered by margin, greatest first, then by normal, greatest z, y, x first. Of a
+/// compound in time as corners squared, times that of balls and rims: meant to be computed once per shape.
 std::vector<FlatFacet> RestingFaces(const Shape& shape, const Eigen::Vector3d& centre_of_mass);
 
 }  // namespace tether::geometry

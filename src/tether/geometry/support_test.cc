@@ -1,5 +1,6 @@
 #include "tether/geometry/support.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/common/random.h"
+#include "tether/geometry/polytope.h"
 #include "tether/geometry/reference.h"
 
 namespace tether::geometry {
@@ -159,6 +161,71 @@ TEST(RestingFacesTest, AreFacesOfTheHull) {
     for (const FlatFacet& face : faces) {
       EXPECT_NEAR(Support(shape, face.normal), face.offset, 1e-12);
       EXPECT_GE(face.polygon.size(), 3u);
+    }
+  }
+}
+
+/// The outward normals of planes through three of the points with all others behind them, over which `centre`
+/// is by more than `margin`.
+std::vector<Vector3d> StableNormals(const std::vector<Vector3d>& points, const Vector3d& centre,
+                                    double margin) {
+  std::vector<Vector3d> normals;
+  for (size_t i = 0; i < points.size(); ++i) {
+    for (size_t j = i + 1; j < points.size(); ++j) {
+      for (size_t k = j + 1; k < points.size(); ++k) {
+        const Vector3d across = (points[j] - points[i]).cross(points[k] - points[i]);
+        if (across.norm() < 1e-9) continue;
+        for (const double sign : {1.0, -1.0}) {
+          const Vector3d n = sign * across.normalized(), u = n.unitOrthogonal(), v = n.cross(u);
+          std::vector<Vector2d> on_plane;
+          bool behind = true;
+          for (const Vector3d& p : points) {
+            behind = behind && n.dot(p - points[i]) < 1e-9;
+            if (std::abs(n.dot(p - points[i])) < 1e-9) on_plane.emplace_back(u.dot(p), v.dot(p));
+          }
+          if (behind && ContainmentMargin(ConvexHull(on_plane), {u.dot(centre), v.dot(centre)}) > margin)
+            normals.push_back(n);
+        }
+      }
+    }
+  }
+  return normals;
+}
+
+bool Contains(const std::vector<FlatFacet>& faces, const Vector3d& normal) {
+  return std::any_of(faces.begin(), faces.end(),
+                     [&](const FlatFacet& face) { return (face.normal - normal).norm() < 1e-5; });
+}
+
+TEST(RestingFacesTest, OfCompoundsNoneIsMissed) {
+  Random random(7);
+  for (int i = 0; i < 10; ++i) {
+    // Boxes and hulls hang on their corners; balls of one size on their centres.
+    Shape corners, balls;
+    std::vector<Vector3d> corner_points, ball_points;
+    for (int k = 0; k < 3; ++k) {
+      const Pose X(math::ExpSO3(RandomDirection(random)), 0.1 * RandomDirection(random));
+      std::vector<Vector3d> points;
+      if (k == 0) {
+        for (int c = 0; c < 8; ++c)
+          points.emplace_back(c & 1 ? 0.06 : -0.06, c & 2 ? 0.05 : -0.05, c & 4 ? 0.02 : -0.02);
+        corners.parts.push_back({Box{{0.12, 0.1, 0.04}}, X});
+      } else {
+        for (int p = 0; p < 9; ++p) points.push_back(0.06 * RandomDirection(random));
+        corners.parts.push_back({*MakeHull(points).hull, X});
+      }
+      for (const Vector3d& p : points) corner_points.push_back(X * p);
+      balls.parts.push_back({Capsule{0.02, 0.08}, X});
+      for (const double end : {-0.04, 0.04}) ball_points.push_back(X * Vector3d(0, 0, end));
+    }
+    for (const bool round : {false, true}) {
+      const Shape& shape = round ? balls : corners;
+      const Vector3d centre = CentreOfMass(shape);
+      const std::vector<FlatFacet> faces = RestingFaces(shape, centre);
+      const auto expected = StableNormals(round ? ball_points : corner_points, centre, 1e-4);
+      EXPECT_GE(expected.size(), 1u);
+      for (const Vector3d& normal : expected)
+        EXPECT_TRUE(Contains(faces, normal)) << i << " " << normal.transpose();
     }
   }
 }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cassert>
 
+#include "tether/constraints/half_space_rows.h"
+
 namespace tether::planning {
 namespace {
 
@@ -70,18 +72,16 @@ class ChainResidual final : public nlp::Residual {
     if (J == nullptr) return function_->Evaluate(span, r, nullptr);
 
     const Eigen::Index columns = 6 * static_cast<Eigen::Index>(num_frames_);
-    if (size() <= kMostRowsOnStack) {
-      std::array<double, 6 * kMostFrames * kMostRowsOnStack> buffer;  // NOLINT: written by the function
+    if (size() <= constraints::kMostRows) {
+      std::array<double, 6 * kMostFrames * constraints::kMostRows> buffer;  // NOLINT: written by the function
       ChainRows(x, span, r, Eigen::Map<Eigen::MatrixXd>(buffer.data(), size(), columns), *J);
     } else {
       Eigen::MatrixXd heap(size(), columns);
-      ChainRows(x, span, r, heap, *J);
+      ChainRows(x, span, r, Eigen::Map<Eigen::MatrixXd>(heap.data(), size(), columns), *J);
     }
   }
 
  private:
-  static constexpr int kMostRowsOnStack = 64;
-
   struct Link {
     int variable, parameter;  // one of them is −1
     int column;               // of the variable's block in the Jacobian
@@ -95,27 +95,40 @@ class ChainResidual final : public nlp::Residual {
                              : x.poses[static_cast<size_t>(link.variable)];
   }
 
-  /// Each row of J_frames is, like a force and a moment at its frame, carried link by link towards the root.
+  /// Each row of J_frames is, like a force and a moment at its frame, carried link by link towards the root;
+  /// all rows at once, where they are.
   void ChainRows(const nlp::Point& x, std::span<const Pose> poses, nlp::VectorRef& r,
-                 nlp::JacobianRef J_frames, nlp::JacobianRef& J) const {
-    function_->Evaluate(poses, r, &J_frames);
+                 Eigen::Map<Eigen::MatrixXd> J_frames, nlp::JacobianRef& J) const {
+    nlp::JacobianRef all_frames(J_frames);
+    function_->Evaluate(poses, r, &all_frames);
     J.setZero();
+    const Eigen::Index rows = size();
     for (size_t k = 0; k < num_frames_; ++k) {
       const Frame& frame = frames_[k];
-      for (int row = 0; row < size(); ++row) {
-        Eigen::Vector3d force = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k)).transpose();
-        Eigen::Vector3d moment = J_frames.block<1, 3>(row, 6 * static_cast<Eigen::Index>(k) + 3).transpose();
-        for (size_t i = frame.end; i-- > frame.first_variable;) {
-          const Link& link = links_[i];
-          if (link.variable >= 0) {
-            J.block<1, 3>(row, link.column) += force.transpose();
-            J.block<1, 3>(row, link.column + 3) += moment.transpose();
+      double* const at_frame = J_frames.data() + 6 * static_cast<Eigen::Index>(k) * rows;
+      for (size_t i = frame.end; i-- > frame.first_variable;) {
+        const Link& link = links_[i];
+        if (link.variable >= 0) {
+          for (Eigen::Index column = 0; column < 6; ++column) {
+            double* const to = J.data() + (link.column + column) * J.outerStride();
+            for (Eigen::Index row = 0; row < rows; ++row) to[row] += at_frame[column * rows + row];
           }
-          if (i == frame.first_variable) break;
-          const Pose& X = PoseOf(link, x);
-          force = X.R * force;
-          moment = X.R * moment + X.p.cross(force);
         }
+        if (i != frame.first_variable) CarryOver(PoseOf(link, x), rows, at_frame);
+      }
+    }
+  }
+
+  /// Forces and moments, three columns of `rows` numbers each, from the frame at X to the one it is given in.
+  static void CarryOver(const Pose& X, Eigen::Index rows, double* columns) {
+    const Eigen::Matrix3d& R = X.R;
+    const Eigen::Vector3d& p = X.p;
+    for (double *c = columns, *end = columns + rows; c != end; ++c) {
+      const Eigen::Vector3d f = R * Eigen::Vector3d(c[0], c[rows], c[2 * rows]);
+      const Eigen::Vector3d m = R * Eigen::Vector3d(c[3 * rows], c[4 * rows], c[5 * rows]) + p.cross(f);
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        c[i * rows] = f[i];
+        c[(i + 3) * rows] = m[i];
       }
     }
   }

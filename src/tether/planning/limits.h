@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 
 #include "tether/planning/problem.h"
@@ -12,12 +13,14 @@ class Limits {
   explicit Limits(const SearchOptions& options) : options_(options), begin_(Clock::now()) {}
 
   bool Stopped() const { return options_.stop != nullptr && options_.stop->load(); }
-  /// Seconds left.
-  double Remaining() const { return options_.time_limit_s > 0 ? options_.time_limit_s - Elapsed() : 1e9; }
-  bool Over() const { return Stopped() || Remaining() <= 0; }
+  /// Seconds left: always more than nothing, so that it can be another's limit.
+  double Remaining() const { return HasLimit() ? std::max(1e-9, options_.time_limit_s - Elapsed()) : 1e9; }
+  bool Over() const { return Stopped() || (HasLimit() && Elapsed() >= options_.time_limit_s); }
   double Elapsed() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
  private:
+  bool HasLimit() const { return options_.time_limit_s > 0; }
+
   using Clock = std::chrono::steady_clock;
   const SearchOptions& options_;
   Clock::time_point begin_;
