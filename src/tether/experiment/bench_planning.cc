@@ -60,7 +60,8 @@ std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
   start.near = planning::kNear;
   planning::KeyPoseProgram first = planning::BuildProgram(facts, steps, {}, start);
   if (first.refutations.empty()) return CandidateProgram{actions, std::move(first)};
-  for (const planning::Way& way : planning::FindWays(facts, steps, 16).open) {
+  for (const planning::Way& way :
+       planning::FindWays(facts, steps, 16, planning::Limits(facts.problem().search)).open) {
     planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, way.variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
   }

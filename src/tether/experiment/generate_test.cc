@@ -10,6 +10,7 @@
 #include "tether/common/value.h"
 #include "tether/experiment/check.h"
 #include "tether/experiment/problem.h"
+#include "tether/planning/optimum.h"
 #include "tether/planning/problem.h"
 
 namespace tether::experiment {
@@ -186,14 +187,22 @@ TEST(GenerateTest, WhatCandidatesLearnOfTheirBeginningsDoesNotDependOnThreads) {
 }
 
 TEST(GenerateTest, TheLimitOfIterationsHolds) {
+  const Scenario scenario = LoadGenerated(Generate("reach", {}, 111));
   PlanningOverrides overrides;
   overrides.no_robot = true;
-  overrides.max_iterations = 1;
-  const planning::PlanReport report = PlanHardScene(overrides);
-  EXPECT_EQ(report.status, planning::PlanStatus::kGaveUp);
+  const auto iterations = [&] {
+    const planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
+    const planning::SceneFacts facts(problem);
+    const auto steps = planning::BindSkeleton(problem, {"pick(hook)", "push(hook,box,table)"});
+    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps);
+    return planning::SolveKeyPoses(facts, steps, planning::Limits(problem.search), 1000, nullptr, key_poses)
+        .iterations;
+  };
+  EXPECT_GT(iterations(), 3);
+  overrides.max_iterations = 3;
+  EXPECT_EQ(iterations(), 3);
   overrides.max_iterations = 0;
-  EXPECT_THROW(PlanHardScene(overrides), InputError);
+  EXPECT_THROW(iterations(), InputError);
 }
-
 }  // namespace
 }  // namespace tether::experiment

@@ -21,16 +21,25 @@ constexpr double kWorthTrying = 0.5;
 // What converges does so within some ten iterations.
 constexpr int kFirstIterations = 15;
 // The first actions alone, and further starts.
-constexpr int kPrefixIterations = 20;
+constexpr int kBeginningIterations = 20;
 constexpr int kRestartIterations = 50;
 // Of a row's violation, m or rad.
 constexpr double kLeastSuspicious = 1e-3;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
+constexpr size_t kMostRivals = 2;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
 constexpr size_t kMostBlocking = 6;
+
+std::vector<BoundStep> FirstSteps(const std::vector<BoundStep>& steps, size_t actions) {
+  std::vector<BoundStep> first;
+  for (const BoundStep& step : steps) {
+    if (step.action_index < static_cast<int>(actions)) first.push_back(step);
+  }
+  return first;
+}
 
 /// The optimisation of a sequence of actions that begins at the start.
 class CandidateRun {
@@ -52,7 +61,11 @@ class CandidateRun {
   CandidateReport Run() {
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
     const Way first = DescribeWay(facts_, {}, key_poses);
-    if (!first.promising || !Try(first, key_poses)) TryWays(first.promising);
+    if (first.promising && Try(first, key_poses)) {
+      TryRivals(first);
+    } else {
+      TryWays(first.promising);
+    }
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
     std::stable_sort(failed_.begin(), failed_.end(),
                      [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
@@ -76,30 +89,41 @@ class CandidateRun {
   /// There is a result that the checker accepts and that keeps every row.
   bool feasible() const { return least_violation_ == 0.0; }
 
-  /// Whether the first `actions` actions have key poses in this way. Other candidates that begin alike ask
-  /// the same, so the answer is kept; it depends on nothing but the problem.
-  bool BeginningIsFeasible(const Way& way, size_t actions) const {
+  /// Key poses of the first `actions` actions in this way; empty: none were found. Other candidates that
+  /// begin alike ask the same, so the answer is kept; it depends on nothing but the problem.
+  std::vector<math::Pose> SolveBeginning(const Way& way, size_t actions) const {
     const Variant variant = FirstChoices(way, actions);
     std::string key = "beginning";
     for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
     for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
-    return *facts_.memo().Get<bool>(key, [&] {
-      std::vector<BoundStep> steps;
-      for (const BoundStep& step : steps_) {
-        if (step.action_index < static_cast<int>(actions)) steps.push_back(step);
-      }
+    return *facts_.memo().Get<std::vector<math::Pose>>(key, [&] {
+      const std::vector<BoundStep> steps = FirstSteps(steps_, actions);
       KeyPoseProgram key_poses = BuildProgram(facts_, steps, variant, {.near = kNear});
-      if (!key_poses.refutations.empty()) return false;
-      const nlp::Result result = SolveKeyPoses(facts_, steps, limits_, kPrefixIterations, nullptr, key_poses);
-      return result.x.poses.size() == steps.size() &&
-             (KeepsRows(result) || CheckKeyPoses(facts_, steps, result.x.poses).Feasible(problem_.program));
+      nlp::Result result;
+      if (key_poses.refutations.empty())
+        result = SolveKeyPoses(facts_, steps, limits_, kBeginningIterations, nullptr, key_poses);
+      if (result.x.poses.size() != steps.size() ||
+          (!KeepsRows(result) && !CheckKeyPoses(facts_, steps, result.x.poses).Feasible(problem_.program)))
+        result.x.poses.clear();
+      return std::move(result.x.poses);
     });
   }
 
   /// The way fails already where an earlier one failed, whatever comes later.
   bool BeginsBadly(const Way& way) const {
     return std::any_of(suspects_.begin(), suspects_.end(),
-                       [&](size_t actions) { return !BeginningIsFeasible(way, actions); });
+                       [&](size_t actions) { return SolveBeginning(way, actions).empty(); });
+  }
+
+  /// Where only a beginning failed, and that can be met by itself: again from there.
+  bool TryFromBeginning(const Way& way) {
+    if (last_suspect_ == 0) return false;
+    ProgramStart start;
+    start.near = kNear;
+    start.beginning = SolveBeginning(way, last_suspect_);
+    if (start.beginning.empty()) return false;
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, start);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, kFirstIterations);
   }
 
   bool Try(const Way& way, KeyPoseProgram& key_poses) {
@@ -110,16 +134,25 @@ class CandidateRun {
     }
     all_refuted_ = false;
     const bool had_one = optimum_ != nullptr;
-    if (SolveAndJudge(key_poses, 0, kFirstIterations)) return true;
+    if (SolveAndJudge(key_poses, 0, kFirstIterations) || TryFromBeginning(way)) return true;
     // Feasible but for room to spare: with less of that.
     if (!had_one && optimum_ != nullptr && Restart(way, problem_.program.starts - 1)) return true;
     failed_.push_back({last_violation_, way});
     return false;
   }
 
+  /// Others promise about as much as the first, which is feasible: the best of them may be cheaper.
+  void TryRivals(const Way& first) {
+    const std::vector<Way> rivals = FindRivals(facts_, steps_, first, limits_);
+    for (size_t i = 0; i < std::min(rivals.size(), kMostRivals) && !limits_.Over(); ++i) {
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, rivals[i].variant, {.near = kNear});
+      if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, kFirstIterations);
+    }
+  }
+
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
   void TryWays(bool tried) {
-    const Ways ways = FindWays(facts_, steps_, kLookedAt);
+    const Ways ways = FindWays(facts_, steps_, kLookedAt, limits_);
     exhausted_ = ways.exhausted;
     for (const Way& way : ways.refuted) {
       NoteRefutation(way.refutations, way.refuted_action);
@@ -164,6 +197,7 @@ class CandidateRun {
     LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
              result.Summary());
     report_.evaluations += result.evaluations;
+    if (result.status == nlp::Status::kFailed && !optimum_) report_.reason = result.message;
     last_violation_ = result.max_violation_m + result.max_violation_rad;
     NoteSuspect(key_poses.program, result);
     return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
@@ -172,6 +206,7 @@ class CandidateRun {
 
   /// The first action with a violated row may be where it fails.
   void NoteSuspect(const nlp::Program& program, const nlp::Result& result) {
+    last_suspect_ = 0;
     if (KeepsRows(result)) return;
     int first = static_cast<int>(actions_.size());
     for (const nlp::Assessment::Violation& violation : nlp::Assess(program, result.x).violations) {
@@ -179,7 +214,9 @@ class CandidateRun {
       const auto step = static_cast<size_t>(violation.residual->step());
       first = std::min(first, steps_[step].action_index + 1);
     }
-    if (first < static_cast<int>(actions_.size())) suspects_.insert(static_cast<size_t>(first));
+    if (first == static_cast<int>(actions_.size())) return;
+    last_suspect_ = static_cast<size_t>(first);
+    suspects_.insert(last_suspect_);
   }
 
   /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
@@ -262,6 +299,7 @@ class CandidateRun {
   std::vector<Failure> failed_;
   std::set<size_t> suspects_;  // So many first actions may be where it fails.
   double last_violation_ = 0;  // of the last solve
+  size_t last_suspect_ = 0;    // of the last solve; 0: none
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
   bool exhausted_ = false;  // All ways were looked at.
@@ -278,12 +316,8 @@ size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string
     ends.insert(static_cast<size_t>(steps[static_cast<size_t>(step)].action_index) + 1);
   for (const size_t end : ends) {
     if (end == actions.size() || limits.Over()) break;
-    std::vector<BoundStep> first_steps;
-    for (const BoundStep& step : steps) {
-      if (step.action_index < static_cast<int>(end)) first_steps.push_back(step);
-    }
     CandidateRun first(facts, {actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(end)},
-                       std::move(first_steps), index, limits);
+                       FirstSteps(steps, end), index, limits);
     if (!first.Run().feasible() && !limits.Over()) return end;
   }
   return limits.Over() ? 0 : actions.size();

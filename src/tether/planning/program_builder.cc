@@ -165,6 +165,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
       if (constraint.kind->guess) constraint.kind->guess(context, constraint.parameters, guess);
       poses.back() = guess;
     }
+    if (poses.size() <= start.beginning.size()) poses.back() = start.beginning[poses.size() - 1];
     for (const BoundConstraint& constraint : step.constraints) {
       constraint.kind->build(context, constraint.parameters, sink);
     }

@@ -37,6 +37,7 @@ struct ProgramStart {
   double noise = 0;    ///< Random displacement of the guess: 1 is about 12 cm and 0.2 rad.
   bool tight = false;  ///< Carried objects need to keep only the hand's clearance.
   Random random{0};    ///< What the displacement is drawn from.
+  std::vector<math::Pose> beginning = {};  ///< Key poses of so many first steps, in place of guesses.
   /// Pairs of parts that are further apart than their clearance by this much at the guess get no row, m.
   double near = std::numeric_limits<double>::infinity();
   bool guess_only = false;  ///< The guess, the choices and the refutations, but no rows.

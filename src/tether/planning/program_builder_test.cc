@@ -98,7 +98,7 @@ TEST(FindWaysTest, MeetsEveryWayOnceAndPutsTheMostPromisingFirst) {
   const SceneFacts facts(problem);
   const auto steps =
       BindSkeleton(problem, {"pick(hook)", "place(hook,table)", "pick(box)", "place(box,shelf)"});
-  const Ways ways = FindWays(facts, steps, 1000);
+  const Ways ways = FindWays(facts, steps, 1000, Limits(facts.problem().search));
   EXPECT_TRUE(ways.exhausted);
   // Two parts of the hook to grasp, two directions of the box.
   EXPECT_EQ(ways.open.size() + ways.refuted.size(), 4u);
@@ -112,7 +112,7 @@ TEST(FindWaysTest, MeetsEveryWayOnceAndPutsTheMostPromisingFirst) {
     const KeyPoseProgram key_poses = BuildProgram(facts, steps, way.variant);
     EXPECT_EQ(DescribeWay(facts, way.variant, key_poses).promise, way.promise);
   }
-  EXPECT_FALSE(FindWays(facts, steps, 2).exhausted);
+  EXPECT_FALSE(FindWays(facts, steps, 2, Limits(facts.problem().search)).exhausted);
 }
 
 TEST(CheckerTest, RejectsAPlanOfOtherActions) {

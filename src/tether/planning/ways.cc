@@ -15,6 +15,10 @@ constexpr double kMuchTurning = 0.3;
 constexpr double kFarOutOfReach = 0.02;
 // What being out of reach at the guess counts against a way, per m.
 constexpr double kReachWeight = 10;
+// An option is worth a look if its score is worse by no more than this, and a rival if what it promises is
+// worse by no more than such a factor.
+constexpr double kRivalScore = 0.5;
+constexpr double kRivalPromise = 1.2;
 
 /// The ways that differ in one choice, taken one option further; the likeliest first.
 std::vector<Variant> Neighbours(const Way& way) {
@@ -60,7 +64,8 @@ Variant FirstChoices(const Way& way, size_t actions) {
   return variant;
 }
 
-Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most) {
+Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most,
+              const Limits& limits) {
   Ways ways;
   std::vector<Way> met;
   std::set<Variant> seen;
@@ -76,17 +81,37 @@ Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size
     met.push_back(std::move(way));
   };
   meet({});
-  while (!frontier.empty() && met.size() < most) {
+  while (!frontier.empty() && met.size() < most && !limits.Over()) {
     if (!ways.refuted.empty() && ways.refuted.back().refuted_action >= 0) break;
     const size_t best = frontier.extract(frontier.begin()).value().second;
     for (const Variant& variant : Neighbours(met[best])) {
-      if (met.size() < most) meet(variant);
+      if (met.size() < most && !limits.Over()) meet(variant);
     }
   }
   ways.exhausted = frontier.empty();
   std::stable_sort(ways.open.begin(), ways.open.end(),
                    [](const Way& a, const Way& b) { return a.promise < b.promise; });
   return ways;
+}
+
+std::vector<Way> FindRivals(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Way& way,
+                            const Limits& limits) {
+  std::vector<Way> rivals;
+  for (const ChoicePoint& choice : way.choices) {
+    const double score = choice.options[static_cast<size_t>(choice.chosen)].score;
+    for (int option = 0; option < static_cast<int>(choice.options.size()); ++option) {
+      const double worse = choice.options[static_cast<size_t>(option)].score - score;
+      if (option == choice.chosen || worse > kRivalScore || limits.Over()) continue;
+      Variant variant = way.variant;
+      variant[choice.key] = option;
+      Way rival = DescribeWay(facts, variant, BuildProgram(facts, steps, variant, {.guess_only = true}));
+      if (rival.refutations.empty() && rival.promise <= kRivalPromise * way.promise)
+        rivals.push_back(std::move(rival));
+    }
+  }
+  std::stable_sort(rivals.begin(), rivals.end(),
+                   [](const Way& a, const Way& b) { return a.promise < b.promise; });
+  return rivals;
 }
 
 }  // namespace tether::planning

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/planning/limits.h"
 #include "tether/planning/program_builder.h"
 
 namespace tether::planning {
@@ -33,8 +34,14 @@ struct Ways {
 };
 
 /// Searches among the ways, best first: from one way to those that differ from it in one choice, later
-/// choices being made anew from there. Looks at about `most` ways. Ends at once if a way is refuted whatever
-/// the choices (refuted_action).
-Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most);
+/// choices being made anew from there. Looks at about `most` ways, and at no more once a limit is reached.
+/// Ends at once if a way is refuted whatever the choices (refuted_action).
+Ways FindWays(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most,
+              const Limits& limits);
+
+/// The ways that differ from `way` in one choice and promise about as much, the most promising first. Looks
+/// at those options only whose score says that they might.
+std::vector<Way> FindRivals(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Way& way,
+                            const Limits& limits);
 
 }  // namespace tether::planning
