@@ -254,7 +254,7 @@ TEST_F(OwnRobotTest, MistakesAreExplained) {
               AllOf(HasSubstr("'closed'"), HasSubstr("'closing_torque'")));
   EXPECT_THAT(Replaced(&yaml_, "  max_opening: 0.08",
                        "  open: [0, 0]\n  closed: [1, 1]\n  closing_torque: [1, 1]\n  max_opening: 0.08"),
-              HasSubstr("'finger_joint1' of the MJCF file is not a hinge"));
+              HasSubstr("unknown key 'finger' in solid"));
   EXPECT_THAT(Replaced(&yaml_, "tether.robot/1\nname", "tether.robot/7\nname"),
               HasSubstr("tether.robot/1 is accepted"));
   EXPECT_THAT(Replaced(&yaml_, "mjcf: panda.xml", "mjcf: pandas.xml"), HasSubstr("pandas.xml"));
@@ -315,7 +315,7 @@ TEST(ModelTest, HingedFingersGoFromOpenToClosed) {
   ASSERT_EQ(open.parts.size(), 7u);
   ASSERT_EQ(closed.parts.size(), 7u);
   EXPECT_GT(geometry::Support(open, Eigen::Vector3d::UnitY()), 0.1);
-  EXPECT_LT(geometry::Support(closed, Eigen::Vector3d::UnitY()), 0.06);
+  EXPECT_LT(geometry::Support(closed, Eigen::Vector3d::UnitY()), 0.07);
 }
 
 TEST(LoadTest, UnknownModelsAreTold) {
