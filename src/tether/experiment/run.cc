@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "tether/common/log.h"
@@ -42,6 +43,8 @@ class Run {
         margins_(scene, scenario.models, runner_->plan().robot, scenario.control_constraints),
         cost_(plan.cost),
         done_(options.events.size(), false) {
+    const auto& goal = options.goal ? options.goal : scenario.goal;
+    if (goal) temporal_judge_.emplace(scene, task, *goal);
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -129,6 +132,7 @@ class Run {
       margins_.Observe(truth_, observations_, *runner_);
       if (options_.log) Log();
     }
+    FeedJudge();
     TakeEvents();
     Disturb();
     world_.Apply(commands, period_);
@@ -267,7 +271,7 @@ class Run {
                                                   : steps[static_cast<size_t>(step)].action_index;
   }
 
-  void Judge() {
+  Truth MakeTruth() const {
     Truth truth;
     truth.X_WO = world_.Truth().X_WO;
     for (const auto& [name, observation] : world_.Observe()) {
@@ -278,7 +282,22 @@ class Run {
     truth.contact_force = [this](const std::string& a, const std::string& b) {
       return world_.ContactForce(a, b);
     };
-    report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+    return truth;
+  }
+
+  /// A temporal goal reads how things are at the start and after each action.
+  void FeedJudge() {
+    if (!temporal_judge_) return;
+    for (; letters_ <= ActionsDone(); ++letters_) temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
+  }
+
+  void Judge() {
+    const Truth truth = MakeTruth();
+    if (temporal_judge_) {
+      report_.judgement = temporal_judge_->Judge();
+    } else {
+      report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+    }
     if (report_.status != RunStatus::kNotCalled) return;
     report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
   }
@@ -291,6 +310,8 @@ class Run {
   sim::World world_;
   std::unique_ptr<execution::PlanRunner> runner_;
   MarginMonitor margins_;
+  std::optional<TemporalJudge> temporal_judge_;
+  int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;
   std::unique_ptr<sim::Renderer> renderer_;
   scene::WorldEstimate truth_;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct RunOptions {
   std::vector<Event> events;  ///< Disturbances.
   bool realtime = false;      ///< Not faster than the clock on the wall.
   std::string snapshots;      ///< Folder for a picture at each step boundary; empty: none.
+  std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
   bool log = false;           ///< Record margins and joints in RunReport::log.
   double settle_s = 1.0;      ///< Simulated time between the end of the plan and the judgement, s.
   const std::atomic<bool>* stop = nullptr;
