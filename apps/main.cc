@@ -121,6 +121,9 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
       ->type_name("DIR");
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
+  command
+      ->add_option("--log", arguments.log, "Write margins and joints over time to FILE, for `tether report`")
+      ->type_name("FILE");
   AddPlanningOptions(*command, arguments.overrides);
   command->footer(R"(Examples:
   tether run scenarios/workspace_reach.yaml
@@ -133,6 +136,18 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
       return RunCommand(arguments);
     };
   });
+}
+
+void AddReport(CLI::App& app, ReportArguments& arguments, std::function<int()>& run) {
+  CLI::App* command =
+      app.add_subcommand("report", "Draw a run's log: distances, angles and joints over time");
+  command->add_option("log", arguments.log, "What `tether run --log` wrote")->required()->type_name("LOG");
+  command->add_option("--output", arguments.output, "SVG file to write, or - for standard output")
+      ->required()
+      ->type_name("FILE");
+  command->footer(R"(Examples:
+  tether run scenarios/assistive.yaml --log run.log && tether report run.log --output run.svg)");
+  command->callback([&] { run = [&] { return ReportCommand(arguments); }; });
 }
 
 void AddCheck(CLI::App& app, CheckArguments& arguments, std::function<int()>& run) {
@@ -167,6 +182,8 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
                    "planning: how often the native solver is asked (50), IPOPT a tenth and NLopt a fiftieth")
       ->type_name("N");
   command->add_flag("--no-robot", arguments.no_robot, "planning: without the arm's reach");
+  command->add_option("--ticks", arguments.ticks, "control: ticks per robot and form of region (20,000)")
+      ->type_name("N");
   command->footer(names + R"(
 Examples:
   tether bench planning
@@ -336,6 +353,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
 130 interrupted.)");
   PlanArguments plan;
   RunArguments run;
+  ReportArguments report;
   CheckArguments check;
   BenchArguments bench;
   GenerateArguments generate;
@@ -345,6 +363,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   std::function<int()> command;
   AddPlan(app, plan, command);
   AddRun(app, run, command);
+  AddReport(app, report, command);
   AddCheck(app, check, command);
   AddBench(app, bench, command);
   AddGenerate(app, generate, command);

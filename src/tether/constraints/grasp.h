@@ -24,6 +24,18 @@ struct Grasp {
   double score = 0;  ///< Lower is better: little turning, fingers clear, within reach, narrow.
 };
 
+/// A direction of a part, in its own frame P, along which parallel fingers can close on it.
+struct ClosingDirection {
+  std::optional<Eigen::Vector3d> axis_P;  ///< Unit, either way round. None: any across the approach.
+  double width = 0;                       ///< Between the fingers, m.
+  const char* name = "";
+};
+
+/// Those for fingers that come along the unit vector `approach_P`, in the part's frame; empty if there are
+/// none, and for hulls, whose opposite sides are found otherwise.
+std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
+                                                const Eigen::Vector3d& approach_P);
+
 /// What the fingers can take, best first. Empty when everything is wider than the gripper opens. `too_wide`,
 /// if given, receives the smallest width found.
 std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,

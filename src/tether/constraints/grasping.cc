@@ -40,27 +40,25 @@ constexpr double kDefaultPadHalfWidth = 0.01;
 // Of the pairs of sides of one part, so many are offered.
 constexpr size_t kMostOfPart = 8;
 
+/// The widest thing that the gripper takes, m.
 double MaxOpening(const Context& context) {
-  return context.robot() != nullptr ? context.robot()->gripper().max_opening : kDefaultOpening;
+  if (context.robot() == nullptr) return kDefaultOpening;
+  const robot::Gripper& gripper = context.robot()->gripper();
+  return std::min(gripper.max_opening, gripper.max_width + kOpeningSlack);
 }
 
 double PadHalfWidth(const Context& context) {
   return context.robot() != nullptr ? context.robot()->gripper().pad_half_width : kDefaultPadHalfWidth;
 }
 
-struct Width {
-  std::optional<Vector3d> axis_P;  ///< None: round about the approach, any direction will do.
-  double width;
-  const char* name;
-};
+}  // namespace
 
-/// Directions of a part that is not a hull, in its own frame, along which parallel fingers that come along
-/// `approach_P` can close.
-std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const Vector3d& approach_P) {
+std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
+                                                const Vector3d& approach_P) {
   const bool along_z = std::abs(approach_P.z()) > 0.9;
   if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
     static const char* const names[] = {"x", "y", "z"};
-    std::vector<Width> widths;
+    std::vector<ClosingDirection> widths;
     for (int i = 0; i < 3; ++i) {
       if (std::abs(approach_P[i]) < 0.1) widths.push_back({Vector3d::Unit(i), box->size[i], names[i]});
     }
@@ -69,12 +67,15 @@ std::vector<Width> ClosingDirections(const geometry::Primitive& primitive, const
   if (const auto* sphere = std::get_if<geometry::Sphere>(&primitive)) {
     return {{std::nullopt, 2 * sphere->radius, "any direction"}};
   }
+  if (std::holds_alternative<geometry::Hull>(primitive)) return {};
   const auto* capsule = std::get_if<geometry::Capsule>(&primitive);
   const double radius = capsule != nullptr ? capsule->radius : std::get<geometry::Cylinder>(primitive).radius;
   if (along_z) return {{std::nullopt, 2 * radius, "any direction"}};
   if (std::abs(approach_P.z()) > 0.1) return {};
   return {{approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
 }
+
+namespace {
 
 /// The rotation of a hand that approaches along `approach` and closes along `closing`, turned the way round
 /// that is nearer to `R_now` (the gripper is symmetric).
@@ -117,7 +118,8 @@ std::vector<Grasp> GraspsOfPart(const Context& context, const Part& part, const 
     return grasps;
   }
   grasp.centre_O = part.X_SP.p;
-  for (const Width& way : ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
+  for (const ClosingDirection& way :
+       ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
     grasp.closing_O.reset();
     if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
     grasp.width = way.width;

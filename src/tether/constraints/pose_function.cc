@@ -1,34 +1,18 @@
 #include "tether/constraints/pose_function.h"
 
+#include "tether/constraints/relative.h"
 #include "tether/geometry/distance.h"
 
 namespace tether::constraints {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::RowVector3d;
 using Eigen::Vector3d;
+using internal::Relative;
 using math::Pose;
 using nlp::JacobianRef;
 using nlp::Unit;
 using nlp::VectorRef;
-
-/// The relative pose X_BA = X_B⁻¹ X_A and how it answers to perturbations: δ_A moves it as X_BA Exp(δ_A), δ_B
-/// as Exp(−δ_B) X_BA.
-struct Relative {
-  Pose X_BA;
-  explicit Relative(const Pose& X_B, const Pose& X_A) : X_BA(math::Between(X_B, X_A)) {}
-
-  /// d(n_B · p_BQ): columns for B at `b`, for A at `a`.
-  void PointRow(const Vector3d& n_B, const Vector3d& p_AQ, int row, int b, int a, JacobianRef& J) const {
-    const Vector3d p_BQ = X_BA * p_AQ;
-    const RowVector3d n_A = n_B.transpose() * X_BA.R;
-    J.block<1, 3>(row, a) = n_A;
-    J.block<1, 3>(row, a + 3) = p_AQ.cross(n_A.transpose()).transpose();
-    J.block<1, 3>(row, b) = -n_B.transpose();
-    J.block<1, 3>(row, b + 3) = -p_BQ.cross(n_B).transpose();
-  }
-};
 
 class HalfSpaces final : public PoseFunction {
  public:
@@ -167,23 +151,28 @@ class PointDistanceFunction final : public PoseFunction {
 
 class AxisDistance final : public PoseFunction {
  public:
-  AxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ, double distance)
-      : PoseFunction(1, 2, Unit::kMetre), p_BP_(p_BP), u_B_(u_B), p_AQ_(p_AQ), distance_(distance) {}
+  AxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ, double distance, double sign)
+      : PoseFunction(1, 2, Unit::kMetre),
+        p_BP_(p_BP),
+        u_B_(u_B),
+        p_AQ_(p_AQ),
+        distance_(distance),
+        sign_(sign) {}
 
   void Evaluate(std::span<const Pose> X, VectorRef r, JacobianRef* J) const override {
     const Relative relative(X[0], X[1]);
     Vector3d d = relative.X_BA * p_AQ_ - p_BP_;
     d -= u_B_ * u_B_.dot(d);
     const double norm = d.norm();
-    r[0] = norm - distance_;
+    r[0] = sign_ * (norm - distance_);
     if (J == nullptr) return;
-    const Vector3d n = norm > 0 ? Vector3d(d / norm) : Vector3d::Zero();
+    const Vector3d n = norm > 0 ? Vector3d(sign_ * d / norm) : Vector3d::Zero();
     relative.PointRow(n, p_AQ_, 0, 0, 6, *J);
   }
 
  private:
   Vector3d p_BP_, u_B_, p_AQ_;
-  double distance_;
+  double distance_, sign_;
 };
 
 class PartDistance final : public PoseFunction {
@@ -276,8 +265,8 @@ PoseFunctionPtr MakePointDistance(const Vector3d& p_BP, const Vector3d& p_AQ, do
 }
 
 PoseFunctionPtr MakeAxisDistance(const Vector3d& p_BP, const Vector3d& u_B, const Vector3d& p_AQ,
-                                 double distance) {
-  return std::make_shared<AxisDistance>(p_BP, u_B, p_AQ, distance);
+                                 double distance, double sign) {
+  return std::make_shared<AxisDistance>(p_BP, u_B, p_AQ, distance, sign);
 }
 
 PoseFunctionPtr MakePartDistance(geometry::Part a, geometry::Part b, double distance, double sign) {

@@ -85,10 +85,10 @@ PoseFunctionPtr MakeDisplacementInTarget(std::vector<Eigen::Vector3d> n_B);
 PoseFunctionPtr MakePointDistance(const Eigen::Vector3d& p_BP, const Eigen::Vector3d& p_AQ, double distance,
                                   double sign);
 
-/// Frames (B, A). Distance of the point Q of A from the line through P along unit u in B, minus `distance`.
+/// Frames (B, A). sign · (distance of the point Q of A from the line through P along unit u in B − distance).
 /// m.
 PoseFunctionPtr MakeAxisDistance(const Eigen::Vector3d& p_BP, const Eigen::Vector3d& u_B,
-                                 const Eigen::Vector3d& p_AQ, double distance);
+                                 const Eigen::Vector3d& p_AQ, double distance, double sign = 1);
 
 /// Frames (A, B). sign · (signed distance between two convex parts − distance). m. Paper A, eqs. (8), (9),
 /// (17), one row per pair (ERRATA A2, A3, A8).

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
+#include "tether/constraints/field_function.h"
 #include "tether/math/numeric_derivative.h"
 
 namespace tether::constraints {
@@ -58,6 +59,33 @@ std::vector<Named> AllFunctions() {
        [](Random& r) {
          return MakePartDistance({geometry::Box{Vector3d(0.3, 0.2, 0.1)}, RandomPose(r)},
                                  {geometry::Capsule{0.05, 0.3}, RandomPose(r)}, 0.01, -1);
+       }},
+      {"CappedCylinder",
+       [](Random& r) {
+         return MakePartDistance({geometry::Cylinder{0.3, 0.4}, RandomPose(r)},
+                                 {geometry::Sphere{0}, RandomPose(r)}, 0.01, -1);
+       }},
+      {"LineDistance",
+       [](Random& r) {
+         return MakeLineDistance({RandomVector(r), RandomVector(r).normalized()},
+                                 {RandomVector(r), RandomVector(r).normalized()}, 0.1, -1);
+       }},
+      {"Angle",
+       [](Random& r) { return MakeAngle(RandomVector(r).normalized(), RandomVector(r).normalized(), 0.35); }},
+      {"NarrowingAngle",
+       [](Random& r) {
+         return MakeNarrowingAngle(RandomVector(r).normalized(), RandomVector(r).normalized(), 0.1, 0.7,
+                                   RandomVector(r));
+       }},
+      {"PointCone",
+       [](Random& r) {
+         const Vector3d start(r.Normal(), r.Normal(), r.Uniform(0.1, 1));
+         return MakePointCone(0.06, start, RandomVector(r));
+       }},
+      {"Frustum",
+       [](Random& r) {
+         const Vector3d start(r.Normal(), r.Normal(), r.Uniform(0.1, 1));
+         return MakeFrustum({0.1, 0.2}, start, RandomVector(r));
        }},
       {"Travel", [](Random&) { return MakeTravel(0.7); }},
       {"Turn", [](Random&) { return MakeTurn(1.2); }},

@@ -10,7 +10,6 @@
 #include <Eigen/Cholesky>
 
 #include "tether/common/error.h"
-#include "tether/common/heap_counter.h"
 #include "tether/common/random.h"
 
 namespace tether::control {
@@ -235,26 +234,6 @@ TEST(OperationalSpace, NotFiniteMeansBrakeAndCarryGravity) {
   controller.Compute(arm.state_, target);
   EXPECT_FALSE(controller.flags().fault);
 }
-
-#ifdef TETHER_COUNTS_ALLOCATIONS
-TEST(OperationalSpace, AllocatesNothing) {
-  Arm arm;
-  OperationalSpaceController controller(arm.model_, {}, arm.model_->home());
-  HandTarget target;
-  target.X_BH = arm.state_.X_BH();
-  target.X_BH.p.x() += 0.3;
-  const Eigen::VectorXd q = arm.q_ + Eigen::VectorXd::Constant(7, 0.1);
-  const long before = heap_allocations;
-  for (int i = 0; i < 10; ++i) {
-    arm.state_.Set(q, arm.v_);
-    controller.Compute(arm.state_, target);
-  }
-  target.X_BH.p.x() = std::numeric_limits<double>::quiet_NaN();
-  controller.Compute(arm.state_, target);
-  EXPECT_EQ(heap_allocations, before);
-  EXPECT_GT(before, 0);
-}
-#endif
 
 TEST(OperationalSpaceGains, NamesEveryWrongField) {
   OperationalSpaceGains gains;

@@ -26,6 +26,8 @@ std::string_view ToString(EventKind kind) {
       return "push_slipped";
     case EventKind::kStalled:
       return "stalled";
+    case EventKind::kDetour:
+      return "detour";
     case EventKind::kClearance:
       return "clearance";
     case EventKind::kRetry:

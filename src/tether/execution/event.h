@@ -20,6 +20,7 @@ enum class EventKind {
   kGraspLost,        ///< The object no longer moves with the hand.
   kPushSlipped,      ///< The pushed object is not where it was pushed to.
   kStalled,          ///< A verb made no progress.
+  kDetour,           ///< The arm goes round what holds it up, along a path in joint space.
   kClearance,        ///< The hand could not rise to a safe height, and went on below it.
   kRetry,            ///< Execution resumes at `step`.
   kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.

@@ -7,7 +7,7 @@
 
 #include "tether/control/operational_space.h"
 #include "tether/execution/contact_detector.h"
-#include "tether/execution/event.h"
+#include "tether/execution/plan_runner.h"
 #include "tether/execution/pose_reference.h"
 #include "tether/execution/transit.h"
 #include "tether/planning/plan.h"
@@ -37,22 +37,6 @@ struct ExecutiveOptions {
   void Validate() const;
 };
 
-struct ExecutiveStatus {
-  enum class State { kRunning, kFinished, kFailed };
-  State state = State::kRunning;
-  std::string reason;  ///< With kFailed.
-};
-
-/// How one step of the plan went.
-struct StepRecord {
-  int step = 0;
-  double start = 0;  ///< s, of the last attempt
-  double end = 0;    ///< s
-  int attempts = 0;
-  double position_error = 0;  ///< Of the control frame at the end of its last reach, m.
-  double rotation_error = 0;  ///< rad
-};
-
 /// Executes a plan: verb by verb, relative to where the objects are at each tick (Paper A, eq. (30a)), so
 /// that the plan stays valid while they move. The hand is servoed to a reference that moves, in the frame of
 /// the step's target, with bounded speed and acceleration towards the pose that is wanted there; the target's
@@ -73,7 +57,7 @@ struct StepRecord {
 ///   `max_retries` times per action.
 ///
 /// Step() allocates only where events are recorded; it neither blocks nor throws. Deterministic.
-class Executive {
+class Executive final : public PlanRunner {
  public:
   /// `models`: by robot name; robots other than the plan's hold their posture. Throws InputError with
   /// everything in the plan that can't be executed: unknown names, values that are not finite, a push without
@@ -81,26 +65,22 @@ class Executive {
   Executive(const scene::Scene& scene,
             const std::map<std::string, std::shared_ptr<const robot::Model>>& models, planning::Plan plan,
             const ExecutiveOptions& options = {});
-  ~Executive();
+  ~Executive() override;
   Executive(Executive&&) noexcept;
   Executive& operator=(Executive&&) noexcept;
 
   /// One tick. `observations` must hold every robot of the scene; an object that the estimate lacks, or has
   /// at a pose that is not finite, is taken to be where it was. After the end the arm holds its pose.
-  const robot::Commands& Step(const scene::WorldEstimate& estimate, const robot::Observations& observations);
+  const robot::Commands& Step(const scene::WorldEstimate& estimate,
+                              const robot::Observations& observations) override;
 
-  const planning::Plan& plan() const;
-  const ExecutiveStatus& status() const;
-  bool running() const { return status().state == ExecutiveStatus::State::kRunning; }
-  /// Index of the step that is being executed; the number of steps when finished.
-  int step() const;
-  /// The object in the hand, or empty.
-  const std::string& held() const;
-  /// Everything that happened so far, in order.
-  const std::vector<Event>& events() const;
-  /// One record per step of the plan.
-  const std::vector<StepRecord>& records() const;
-  int retries() const;
+  const planning::Plan& plan() const override;
+  const ExecutiveStatus& status() const override;
+  int step() const override;
+  const std::string& held() const override;
+  const std::vector<Event>& events() const override;
+  const std::vector<StepRecord>& records() const override;
+  int retries() const override;
 
   struct Impl;
 

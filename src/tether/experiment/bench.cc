@@ -4,6 +4,7 @@
 #include "tether/experiment/bench_control.h"
 #include "tether/experiment/bench_planning.h"
 #include "tether/experiment/bench_task.h"
+#include "tether/experiment/bench_tick.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/terminal.h"
@@ -117,7 +118,7 @@ int BenchPlanning(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
-/// The QP solver of the control loop.
+/// The QP solver of the control loop, and whole ticks of it.
 int BenchControl(const BenchArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
   const ControlBench bench = BenchmarkControl();
@@ -133,8 +134,26 @@ int BenchControl(const BenchArguments& arguments) {
   std::snprintf(kkt, sizeof kkt, "%.1e", bench.max_kkt);
   terminal.Print("largest relative KKT residual " + std::string(kkt) + ", unsolved " +
                  std::to_string(bench.unsolved));
-  WriteResult(arguments, WriteControlBench(bench));
-  return bench.unsolved == 0 && bench.max_kkt <= 1e-12 ? kExitSuccess : kExitFailed;
+  const int ticks = arguments.ticks.value_or(20000);
+  terminal.Print("\n" +
+                 terminal.Bold(Column("one tick", 24) + Column("median (µs)", 14) + Column("p99 (µs)", 12) +
+                               Column("max (µs)", 12) + Column("> 1 ms", 10) + "rows, mean"));
+  Value tick_s = Value::Object(), rectangle_s = Value::Object();
+  int faults = 0;
+  for (const char* robot : {"j2n6s300", "panda"}) {
+    for (const BenchRegion region : {BenchRegion::kDisc, BenchRegion::kRectangle}) {
+      const bool disc = region == BenchRegion::kDisc;
+      const TickBench tick = BenchmarkTicks(robot, region, ticks, bench.seed);
+      faults += tick.faults;
+      terminal.Print(Column(std::string(robot) + (disc ? ", disc" : ", rectangle"), 24) +
+                     Column(Fixed(1e6 * tick.median, 2), 13) + Column(Fixed(1e6 * tick.p99, 2), 12) +
+                     Column(Fixed(1e6 * tick.max, 1), 12) + Column(Fixed(100 * tick.over_1ms, 4) + " %", 10) +
+                     Fixed(tick.mean_rows, 1));
+      (disc ? tick_s : rectangle_s).Set(robot, WriteTickBench(tick));
+    }
+  }
+  WriteResult(arguments, WriteControlBench(bench).Set("tick_s", tick_s).Set("tick_rectangle_s", rectangle_s));
+  return bench.unsolved == 0 && bench.max_kkt <= 1e-12 && faults == 0 ? kExitSuccess : kExitFailed;
 }
 
 /// The task search on scenes with regions.
@@ -162,6 +181,10 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
   refuse(!arguments.solvers.empty(), "--solver");
   refuse(arguments.repetitions.has_value(), "--repetitions");
   refuse(arguments.no_robot, "--no-robot");
+  if (arguments.name != "control" && arguments.ticks) {
+    diagnostics.Add({}, "--ticks says nothing to benchmark '" + arguments.name + "'",
+                    "with benchmark 'control'");
+  }
   diagnostics.ThrowIfAny();
 }
 
@@ -171,7 +194,8 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
   return {{"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
           {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
           {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
-          {"control", "the QP solver of the control loop: time cold and warm, and residuals"},
+          {"control",
+           "the velocity controller: its QP cold and warm, residuals, and whole ticks on both robots"},
           {"task",
            "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
 }

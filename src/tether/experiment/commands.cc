@@ -21,6 +21,9 @@
 namespace tether::experiment {
 namespace {
 
+// Margins count as kept down to this, m or rad.
+constexpr double kMarginTolerance = 1e-3;
+
 void RequireFolder(const std::string& path, Diagnostics& diagnostics) {
   if (path.empty()) return;
   std::error_code error;
@@ -139,6 +142,22 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
   return report.candidates[static_cast<size_t>(feasible[static_cast<size_t>(rank - 1)])].plan;
 }
 
+/// The least that was left of each constraint.
+void PrintMargins(const RunReport& report, const Terminal& terminal) {
+  if (report.margins.empty()) return;
+  terminal.Print(terminal.Bold("least margins over the run"));
+  for (const Margin& margin : report.margins) {
+    if (margin.minimum > 1e200) continue;
+    const bool millimetres = margin.unit == "m";
+    const std::string least =
+        millimetres ? Fixed(1e3 * margin.minimum, 1) + " mm" : Fixed(margin.minimum, 3) + " " + margin.unit;
+    const std::string line = "  " + margin.name + ": " + least;
+    const std::string when =
+        "  at " + Fixed(margin.time, 2) + " s" + (margin.what.empty() ? "" : ", " + margin.what);
+    terminal.Print((margin.minimum < -kMarginTolerance ? terminal.Red(line) : line) + terminal.Dim(when));
+  }
+}
+
 void PrintJudgement(const RunReport& report, const Terminal& terminal) {
   for (const GoalFact& fact : report.judgement.facts) {
     terminal.Print("  " + fact.atom + " is " + (fact.holds ? "true" : "false") +
@@ -226,9 +245,10 @@ int RunCommand(const RunArguments& arguments) {
   }
   Diagnostics unwritable;
   RequireWritable(arguments.json, "--json", unwritable);
+  RequireWritable(arguments.log, "--log", unwritable);
   RequireFolder(arguments.snapshots, unwritable);
   unwritable.ThrowIfAny();
-  const Terminal terminal(arguments.json == "-");
+  const Terminal terminal(arguments.json == "-" || arguments.log == "-");
   const Loaded loaded = Load(arguments.scenario);
   const Scenario& scenario = loaded.scenario;
   const uint64_t seed = arguments.overrides.seed.value_or(scenario.seed);
@@ -237,6 +257,11 @@ int RunCommand(const RunArguments& arguments) {
   options.events = ChooseEvents(scenario, arguments.events);
   options.realtime = arguments.realtime;
   options.snapshots = arguments.snapshots;
+  options.log = !arguments.log.empty();
+  if (!arguments.overrides.goal.empty()) {
+    const std::string& semantics = arguments.overrides.semantics;
+    options.goal = ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
+  }
   options.stop = arguments.overrides.stop;
   const scene::Scene scene = PerturbScene(scenario.scene, scenario.perturb, seed);
 
@@ -266,10 +291,25 @@ int RunCommand(const RunArguments& arguments) {
   };
   const RunReport report = RunPlan(scenario, scene, *loaded.task, *plan, options);
   PrintJudgement(report, terminal);
+  PrintMargins(report, terminal);
+  if (options.log) WriteJsonTo(arguments.log, WriteRunLog(report.log));
   Value json = WriteRunReport(report, scenario.title, seed);
   if (!plan_report.is_null()) json.Set("planning", plan_report);
   WriteJsonTo(arguments.json, json);
   return ExitCodeOf(report.status);
+}
+
+int ReportCommand(const ReportArguments& arguments) {
+  Diagnostics unwritable;
+  RequireWritable(arguments.output, "--output", unwritable);
+  unwritable.ThrowIfAny();
+  const std::string svg = DrawRunLog(ReadRunLog(ReadYaml(arguments.log)));
+  if (arguments.output == "-") {
+    std::fputs(svg.c_str(), stdout);
+  } else {
+    WriteFile(arguments.output, svg);
+  }
+  return kExitSuccess;
 }
 
 int CheckCommand(const CheckArguments& arguments) {

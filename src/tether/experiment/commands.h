@@ -39,7 +39,13 @@ struct RunArguments {
   bool realtime = false;
   std::string snapshots;
   std::string json;
+  std::string log;  ///< File for the run's log, or "-"; empty: none.
   PlanningOverrides overrides;
+};
+
+struct ReportArguments {
+  std::string log;     ///< Log of a run.
+  std::string output;  ///< SVG file, or "-".
 };
 
 struct CheckArguments {
@@ -54,7 +60,8 @@ struct BenchArguments {
   std::vector<std::string> solvers;
   std::optional<int> repetitions;
   bool no_robot = false;
-  std::string program;  ///< Path of the program itself.
+  std::optional<int> ticks;  ///< For benchmark `control`.
+  std::string program;       ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;
 };
 
@@ -83,6 +90,7 @@ struct AutomatonArguments {
 /// bad input.
 int PlanCommand(const PlanArguments& arguments);
 int RunCommand(const RunArguments& arguments);
+int ReportCommand(const ReportArguments& arguments);
 int CheckCommand(const CheckArguments& arguments);
 int BenchCommand(const BenchArguments& arguments);
 int GenerateCommand(const GenerateArguments& arguments);

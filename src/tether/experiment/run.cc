@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "tether/common/log.h"
+#include "tether/execution/executive.h"
+#include "tether/execution/velocity_executive.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/planning/plan_file.h"
 #include "tether/sim/renderer.h"
@@ -18,6 +22,11 @@ namespace tether::experiment {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Between samples of the log, s.
+constexpr double kLogPeriod = 0.05;
+// Distances above this are not measured, m.
+constexpr double kFarAway = 0.9;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -30,13 +39,16 @@ class Run {
         options_(options),
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
-        executive_(scene, scenario.models, plan, MakeExecutiveOptions(scenario)),
+        runner_(MakeRunner(scenario, scene, plan)),
+        margins_(scene, scenario.models, runner_->plan().robot, scenario.control_constraints),
+        cost_(plan.cost),
         done_(options.events.size(), false) {
+    const auto& goal = options.goal ? options.goal : scenario.goal;
+    if (goal) temporal_judge_.emplace(scene, task, *goal);
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
     }
-    report_.plan = plan;
   }
 
   RunReport Execute() {
@@ -54,20 +66,29 @@ class Run {
     Snapshot("end");
     report_.sim_time_s = world_.time();
     report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
-    report_.steps = executive_.records();
-    report_.retries = executive_.retries();
+    report_.plan = runner_->plan();
+    report_.plan.cost = cost_;
+    report_.steps = runner_->records();
+    report_.retries = runner_->retries();
+    report_.margins = margins_.margins();
     return std::move(report_);
   }
 
  private:
+  static std::unique_ptr<execution::PlanRunner> MakeRunner(const Scenario& scenario,
+                                                           const scene::Scene& scene,
+                                                           const planning::Plan& plan) {
+    const ExecutionSettings& settings = scenario.execution;
+    if (settings.controller == "constrained_velocity") {
+      return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
+                                                            MakeVelocityOptions(scenario));
+    }
+    return std::make_unique<execution::Executive>(scene, scenario.models, plan,
+                                                  MakeExecutiveOptions(scenario));
+  }
+
   static execution::ExecutiveOptions MakeExecutiveOptions(const Scenario& scenario) {
     const ExecutionSettings& settings = scenario.execution;
-    if (settings.controller != "operational_space") {
-      throw InputError(
-          {{Location{scenario.path, 0, 0},
-            "'controller' of 'execution' is '" + settings.controller + "', which is not supported yet",
-            "accepted: operational_space"}});
-    }
     execution::ExecutiveOptions options;
     options.period = 1.0 / settings.rate;
     if (settings.gain) options.gains.position = options.gains.rotation = *settings.gain;
@@ -77,7 +98,7 @@ class Run {
   }
 
   void Loop(Clock::time_point begin) {
-    while (executive_.running()) {
+    while (runner_->running()) {
       if (options_.stop != nullptr && options_.stop->load()) {
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
@@ -91,7 +112,7 @@ class Run {
       }
       Tick(begin);
     }
-    const execution::ExecutiveStatus& status = executive_.status();
+    const execution::ExecutiveStatus& status = runner_->status();
     if (status.state == execution::ExecutiveStatus::State::kFailed) {
       report_.status = RunStatus::kFailed;
       report_.reason = status.reason;
@@ -106,7 +127,12 @@ class Run {
   void Tick(Clock::time_point begin) {
     world_.Truth(&truth_);
     world_.Observe(&observations_);
-    const robot::Commands& commands = executive_.Step(truth_, observations_);
+    const robot::Commands& commands = runner_->Step(truth_, observations_);
+    if (runner_->running()) {
+      margins_.Observe(truth_, observations_, *runner_);
+      if (options_.log) Log();
+    }
+    FeedJudge();
     TakeEvents();
     Disturb();
     world_.Apply(commands, period_);
@@ -116,19 +142,52 @@ class Run {
     }
   }
 
+  /// Adds a sample to the log, twenty times a second.
+  void Log() {
+    RunLog& log = report_.log;
+    if (!log.times.empty() && world_.time() < log.times.back() + kLogPeriod - 1e-9) return;
+    const robot::Model& model = *scenario_.models.at(runner_->plan().robot);
+    const std::vector<Margin>& margins = margins_.margins();
+    if (log.series.empty()) {
+      log.scenario = scenario_.title;
+      log.seed = options_.seed;
+      for (const Margin& margin : margins) {
+        log.series.push_back({margin.name, margin.unit, "Room left: " + margin.group, {}, 0, 0});
+      }
+      for (const std::string& joint : model.joint_names()) {
+        log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
+      }
+    }
+    log.times.push_back(world_.time());
+    for (size_t i = 0; i < margins.size(); ++i) {
+      const double value = margins[i].last;
+      log.series[i].values.push_back(value < kFarAway ? value : std::nan(""));
+    }
+    const Eigen::VectorXd& q = observations_.at(runner_->plan().robot).q;
+    for (int i = 0; i < model.dof(); ++i) {
+      const double half = 0.5 * (model.upper()[i] - model.lower()[i]);
+      log.series[margins.size() + static_cast<size_t>(i)].values.push_back((q[i] - model.lower()[i]) / half -
+                                                                           1);
+    }
+  }
+
   /// Records what the executive did in this tick.
   void TakeEvents() {
     started_.clear();
-    for (; seen_ < executive_.events().size(); ++seen_) {
-      const execution::Event event = executive_.events()[seen_];
+    for (; seen_ < runner_->events().size(); ++seen_) {
+      const execution::Event event = runner_->events()[seen_];
       if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
+      if (options_.log &&
+          (event.kind == execution::EventKind::kGrasped || event.kind == execution::EventKind::kReleased)) {
+        report_.log.marks.emplace_back(event.time, event.text);
+      }
       if (event.kind == execution::EventKind::kStalled) LogContacts();
       if (event.kind == execution::EventKind::kStepStarted ||
           event.kind == execution::EventKind::kStepFinished)
         LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
-        const auto& steps = executive_.plan().steps;
+        const auto& steps = runner_->plan().steps;
         Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
                                                              : "step");
       }
@@ -142,7 +201,7 @@ class Run {
       const bool now = event.starts.empty() ? world_.time() >= event.time : starts;
       if (done_[i] || !now) continue;
       done_[i] = true;
-      Record(world_.time(), "disturbance", executive_.step(), event.Describe());
+      Record(world_.time(), "disturbance", runner_->step(), event.Describe());
       world_.MoveObject(event.object, Goal(event), event.over);
     }
   }
@@ -206,13 +265,13 @@ class Run {
   }
 
   int ActionsDone() const {
-    const auto& steps = executive_.plan().steps;
-    const int step = executive_.step();
-    return step >= static_cast<int>(steps.size()) ? static_cast<int>(executive_.plan().actions.size())
+    const auto& steps = runner_->plan().steps;
+    const int step = runner_->step();
+    return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
                                                   : steps[static_cast<size_t>(step)].action_index;
   }
 
-  void Judge() {
+  Truth MakeTruth() const {
     Truth truth;
     truth.X_WO = world_.Truth().X_WO;
     for (const auto& [name, observation] : world_.Observe()) {
@@ -223,7 +282,22 @@ class Run {
     truth.contact_force = [this](const std::string& a, const std::string& b) {
       return world_.ContactForce(a, b);
     };
-    report_.judgement = JudgeGoal(scene_, truth, task_, executive_.plan().actions, ActionsDone());
+    return truth;
+  }
+
+  /// A temporal goal reads how things are at the start and after each action.
+  void FeedJudge() {
+    if (!temporal_judge_) return;
+    for (; letters_ <= ActionsDone(); ++letters_) temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
+  }
+
+  void Judge() {
+    const Truth truth = MakeTruth();
+    if (temporal_judge_) {
+      report_.judgement = temporal_judge_->Judge();
+    } else {
+      report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+    }
     if (report_.status != RunStatus::kNotCalled) return;
     report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
   }
@@ -234,7 +308,11 @@ class Run {
   const RunOptions& options_;
   double period_;
   sim::World world_;
-  execution::Executive executive_;
+  std::unique_ptr<execution::PlanRunner> runner_;
+  MarginMonitor margins_;
+  std::optional<TemporalJudge> temporal_judge_;
+  int letters_ = 0;  ///< That the judge has read.
+  double cost_ = 0;
   std::unique_ptr<sim::Renderer> renderer_;
   scene::WorldEstimate truth_;
   robot::Observations observations_;
@@ -262,6 +340,16 @@ std::string ToString(RunStatus status) {
       return "interrupted";
   }
   return "not_called";
+}
+
+execution::VelocityExecutiveOptions MakeVelocityOptions(const Scenario& scenario) {
+  const ExecutionSettings& settings = scenario.execution;
+  execution::VelocityExecutiveOptions options;
+  options.period = 1.0 / settings.rate;
+  if (settings.gain) options.controller.gain = *settings.gain;
+  if (settings.damping) options.controller.damping = *settings.damping;
+  options.constraints = scenario.control_constraints;
+  return options;
 }
 
 RunReport RunPlan(const Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
@@ -292,6 +380,15 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
                      .Set("holds", fact.holds)
                      .Set("judged_by", fact.geometric ? "geometry" : "effects"));
   }
+  Value margins = Value::Array();
+  for (const Margin& margin : report.margins) {
+    margins.Append(Value::Object()
+                       .Set("name", margin.name)
+                       .Set("minimum", margin.minimum)
+                       .Set("unit", margin.unit)
+                       .Set("time_s", margin.time)
+                       .Set("what", margin.what));
+  }
   Value snapshots = Value::Array();
   for (const std::string& file : report.snapshots) snapshots.Append(file);
   Value value = OutputHeader("tether.run/1", seed);
@@ -299,7 +396,8 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
-  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("snapshots", snapshots);
+  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
+  value.Set("snapshots", snapshots);
   return value;
 }
 

@@ -3,11 +3,15 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "tether/execution/executive.h"
+#include "tether/execution/plan_runner.h"
+#include "tether/execution/velocity_executive.h"
 #include "tether/experiment/judge.h"
+#include "tether/experiment/margins.h"
+#include "tether/experiment/run_log.h"
 #include "tether/experiment/scenario.h"
 #include "tether/planning/plan.h"
 
@@ -18,6 +22,8 @@ struct RunOptions {
   std::vector<Event> events;  ///< Disturbances.
   bool realtime = false;      ///< Not faster than the clock on the wall.
   std::string snapshots;      ///< Folder for a picture at each step boundary; empty: none.
+  std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
+  bool log = false;           ///< Record margins and joints in RunReport::log.
   double settle_s = 1.0;      ///< Simulated time between the end of the plan and the judgement, s.
   const std::atomic<bool>* stop = nullptr;
   /// Called for everything that happens, in order: time (s), a word for the kind, text for people.
@@ -54,10 +60,15 @@ struct RunReport {
   int retries = 0;
   int replans = 0;
   std::vector<RunEvent> events;
+  std::vector<Margin> margins;         ///< Of the scenario's control constraints, while the plan ran.
   std::vector<std::string> snapshots;  ///< Files written.
+  RunLog log;                          ///< If asked for.
 
   bool ok() const { return status == RunStatus::kSuccess; }
 };
+
+/// How the scenario sets the velocity controller.
+execution::VelocityExecutiveOptions MakeVelocityOptions(const Scenario& scenario);
 
 /// Executes a plan in the simulation, starting from `scene`, and judges the scenario's goal from the
 /// simulator's true state. The same scenario, scene, plan and events give the same run, bit for bit. Throws

@@ -91,6 +91,7 @@ TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
 TEST(RunTest, WhatTheControllerCannotDoIsBadInput) {
   Prepared prepared = OneBlock();
   prepared.scenario.execution.controller = "constrained_velocity";
+  prepared.scenario.execution.gain = -1;
   EXPECT_THROW(RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {}),
                InputError);
   prepared.scenario.execution.controller = "operational_space";

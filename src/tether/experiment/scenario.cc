@@ -7,6 +7,7 @@
 
 #include "tether/common/log.h"
 #include "tether/constraints/kind.h"
+#include "tether/control/constraint_spec.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/region_domain.h"
 #include "tether/experiment/scene_reader.h"
@@ -32,6 +33,17 @@ std::string ReadChoice(ObjectReader& reader, std::string_view key, const std::ve
                            "'" + std::string(key) + "' of " + reader.what() + " is '" + text + "'",
                            SuggestFrom(text, accepted));
   return fallback;
+}
+
+control::ConstraintNames ControlNames(const scene::Scene& scene) {
+  control::ConstraintNames names;
+  for (const scene::Object& object : scene.objects) {
+    names.objects.push_back(object.name);
+    if (object.movable()) names.movable.push_back(object.name);
+  }
+  names.frames = FrameNames(scene);
+  for (const scene::Robot& robot : scene.robots) names.frames.push_back(robot.name + "/base");
+  return names;
 }
 
 /// A finite number of at least zero.
@@ -379,9 +391,24 @@ class ScenarioParser {
     }
   }
 
+  /// Those of the velocity controller are told from those of key poses by their kinds.
   void ReadGlobalConstraints(const Value& list) {
-    const auto specs = planning::ParseConstraints(list, "'constraints' of the scenario",
-                                                  constraints::KindNames(), diagnostics_);
+    const std::vector<std::string> control_kinds =
+        control::ConstraintSpecKinds(control::ConstraintPlace::kScenario);
+    const auto is_control = [&](const Value& item) {
+      return item.is_object() && item.members().size() == 1 &&
+             std::find(control_kinds.begin(), control_kinds.end(), item.members()[0].key) !=
+                 control_kinds.end();
+    };
+    Value of_poses = list.is_array() ? Value::Array() : list, of_control = Value::Array();
+    of_poses.set_where(list.where());
+    for (const Value& item : list.items()) (is_control(item) ? of_control : of_poses).Append(item);
+    scenario_.control_constraints = control::ReadConstraintSpecs(
+        of_control, control::ConstraintPlace::kScenario, ControlNames(scenario_.scene), diagnostics_);
+    std::vector<std::string> kinds = constraints::KindNames();
+    kinds.insert(kinds.end(), control_kinds.begin(), control_kinds.end());
+    const auto specs =
+        planning::ParseConstraints(of_poses, "'constraints' of the scenario", kinds, diagnostics_);
     for (const planning::ConstraintSpec& spec : specs) {
       GlobalConstraint constraint{spec, std::nullopt};
       constraint.spec.parameters = Value::Object();
@@ -431,9 +458,14 @@ class ScenarioParser {
     if (const Value* rate = reader.Optional("rate")) {
       execution.rate = ReadPositive(*rate, "'rate' of 'execution' (Hz)", diagnostics_, execution.rate);
     }
-    if (reader.Optional("gain") != nullptr) execution.gain = ReadBound(reader, "gain", 1, "zero or more");
-    if (reader.Optional("damping") != nullptr)
-      execution.damping = ReadBound(reader, "damping", 0, "zero or more");
+    const bool velocity = execution.controller == "constrained_velocity";
+    for (const auto& [key, number] :
+         {std::pair{"gain", &execution.gain}, std::pair{"damping", &execution.damping}}) {
+      const Value* given = reader.Optional(key);
+      if (given == nullptr) continue;
+      *number = velocity ? ReadPositive(*given, std::string("'") + key + "' of 'execution'", diagnostics_)
+                         : ReadBound(reader, key, 1, "zero or more");
+    }
     if (const Value* timeout = reader.Optional("timeout")) {
       execution.timeout_s =
           ReadPositive(*timeout, "'timeout' of 'execution' (s)", diagnostics_, execution.timeout_s);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/control/constraint_spec.h"
 #include "tether/experiment/events.h"
 #include "tether/nlp/solver.h"
 #include "tether/planning/action.h"
@@ -83,7 +84,8 @@ struct Scenario {
   std::shared_ptr<const symbolic::Problem> problem;
   std::optional<task::TemporalGoal> goal;  ///< In place of the problem's goal.
   std::vector<planning::ActionSchema> actions;
-  std::vector<GlobalConstraint> constraints;
+  std::vector<GlobalConstraint> constraints;                 ///< Of key poses.
+  std::vector<control::ConstraintSpec> control_constraints;  ///< Of the velocity controller.
   PlanningSettings planning;
   ExecutionSettings execution;
   std::vector<Event> events;

@@ -23,6 +23,7 @@ struct ReachVerb {
   double position_tolerance = 0.01;  ///< m
   double rotation_tolerance = 0.05;  ///< rad
   bool until_contact = false;        ///< Ends at contact too.
+  double above = 0;                  ///< With a region: so far above its plane and what stands there, m.
   std::string objective;             ///< Empty: the full pose. Else a registered objective.
   Value constraints;                 ///< Extra control constraints, as written.
 };
@@ -42,6 +43,7 @@ struct GripperVerb {
 
 struct WaitVerb {
   double seconds = 0;
+  std::string region = {};  ///< As long as this region's `dwell`; empty: `seconds`.
 };
 
 using Verb = std::variant<ReachVerb, ShiftVerb, GripperVerb, WaitVerb>;

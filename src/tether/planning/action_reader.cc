@@ -58,6 +58,11 @@ ReachVerb ParseReach(const Value& value, Diagnostics& diagnostics) {
       diagnostics.Add(until->where(), "'until' of verb 'reach' is '" + text + "'", "accepted: contact");
     }
   }
+  verb.above = reader.Number("above", verb.above);
+  if (verb.above < 0) {
+    diagnostics.Add(value.Find("above")->where(), "'above' of verb 'reach' is negative",
+                    "a height in m, zero or more");
+  }
   verb.objective = reader.Text("objective", "");
   if (const Value* constraints = reader.Optional("constraints")) {
     ParseConstraints(*constraints, "'constraints' of verb 'reach'", {}, diagnostics);
@@ -97,9 +102,13 @@ GripperVerb ParseGripper(const Value& value, Diagnostics& diagnostics) {
 
 WaitVerb ParseWait(const Value& value, Diagnostics& diagnostics) {
   double seconds = 0;
+  std::string region;
   if (value.is_object()) {
     ObjectReader reader(value, "verb 'wait'", diagnostics);
-    if (const Value* member = reader.Required("seconds", "a time in s")) {
+    region = reader.Text("region", "");
+    if (!region.empty()) {
+      reader.Optional("seconds");
+    } else if (const Value* member = reader.Required("seconds", "a time in s")) {
       seconds = ReadNumber(*member, "'seconds' of verb 'wait'", diagnostics);
     }
     reader.Finish();
@@ -108,7 +117,7 @@ WaitVerb ParseWait(const Value& value, Diagnostics& diagnostics) {
   }
   if (seconds < 0)
     diagnostics.Add(value.where(), "verb 'wait' has a negative time", "a time in s, zero or more");
-  return {std::max(0.0, seconds)};
+  return {std::max(0.0, seconds), region};
 }
 
 /// Reads the actions of one document. Knows the words that names may be.
@@ -234,6 +243,9 @@ class ActionParser {
       if (const auto* gripper = std::get_if<GripperVerb>(&*verb); gripper && !gripper->close_on.empty()) {
         CheckName(gripper->close_on, item.members()[0].value.Find("close_on")->where(), "close_on");
       }
+      if (const auto* wait = std::get_if<WaitVerb>(&*verb); wait && !wait->region.empty()) {
+        CheckName(wait->region, item.members()[0].value.Find("region")->where(), "region");
+      }
       step.execute.push_back(std::move(*verb));
     }
   }
@@ -298,6 +310,7 @@ Value WriteVerb(const Verb& verb) {
     arguments.Set("offset", Eigen::VectorXd(reach->offset)).Set("in", in_name(reach->in));
     arguments.Set("speed", reach->speed).Set("tolerance", tolerance);
     if (reach->until_contact) arguments.Set("until", "contact");
+    if (reach->above != 0) arguments.Set("above", reach->above);
     if (!reach->objective.empty()) arguments.Set("objective", reach->objective);
     if (!reach->constraints.is_null()) arguments.Set("constraints", reach->constraints);
   } else if (const auto* shift = std::get_if<ShiftVerb>(&verb)) {
@@ -310,7 +323,8 @@ Value WriteVerb(const Verb& verb) {
     arguments.Set("force", gripper->force);
   } else {
     name = "wait";
-    arguments.Set("seconds", std::get<WaitVerb>(verb).seconds);
+    const auto& wait = std::get<WaitVerb>(verb);
+    wait.region.empty() ? arguments.Set("seconds", wait.seconds) : arguments.Set("region", wait.region);
   }
   return Value::Object().Set(name, arguments);
 }
@@ -402,6 +416,7 @@ std::vector<StepSchema> BindAction(const ActionSchema& schema, const std::vector
         gripper->close_on = Replace(binding, gripper->close_on);
       if (auto* reach = std::get_if<ReachVerb>(&verb))
         reach->constraints = Replace(binding, reach->constraints);
+      if (auto* wait = std::get_if<WaitVerb>(&verb)) wait->region = Replace(binding, wait->region);
     }
   }
   return steps;

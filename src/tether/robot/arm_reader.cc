@@ -25,6 +25,38 @@ constexpr int kSamples = 100;
 // Hulls of links need no more corners than this.
 constexpr int kLinkCorners = 40;
 
+/// A geom that collides, in the base frame; none of other kinds.
+std::optional<geometry::Part> ReadGeom(const mjModel* model, const mjData* data, int geom) {
+  if (model->geom_contype[geom] == 0 && model->geom_conaffinity[geom] == 0) return std::nullopt;
+  const double* size = model->geom_size + 3 * geom;
+  const Pose X_BG(Eigen::Map<const RowMajor>(data->geom_xmat + 9 * geom),
+                  Eigen::Map<const Vector3d>(data->geom_xpos + 3 * geom));
+  switch (model->geom_type[geom]) {
+    case mjGEOM_BOX:
+      return geometry::Part{geometry::Box{2 * Vector3d(size[0], size[1], size[2])}, X_BG};
+    case mjGEOM_SPHERE:
+      return geometry::Part{geometry::Sphere{size[0]}, X_BG};
+    case mjGEOM_CAPSULE:
+      return geometry::Part{geometry::Capsule{size[0], 2 * size[1]}, X_BG};
+    case mjGEOM_CYLINDER:
+      return geometry::Part{geometry::Cylinder{size[0], 2 * size[1]}, X_BG};
+    case mjGEOM_ELLIPSOID:
+      return geometry::Part{geometry::Box{2 * Vector3d(size[0], size[1], size[2])}, X_BG};
+    case mjGEOM_MESH: {
+      const int mesh = model->geom_dataid[geom];
+      std::vector<Vector3d> points;
+      const float* vertex = model->mesh_vert + 3 * model->mesh_vertadr[mesh];
+      for (int i = 0; i < model->mesh_vertnum[mesh]; ++i, vertex += 3)
+        points.emplace_back(vertex[0], vertex[1], vertex[2]);
+      const geometry::HullResult hull = geometry::MakeHull(points, kLinkCorners);
+      if (!hull.hull) return std::nullopt;
+      return geometry::CentredPart(*hull.hull, X_BG);
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
 /// The arm at its reference configuration.
 class Reader {
  public:
@@ -112,36 +144,6 @@ class Reader {
     return own && IsAncestor(hand, body);
   }
 
-  std::optional<geometry::Part> ReadGeom(int geom) const {
-    const double* size = model_->geom_size + 3 * geom;
-    const Pose X_BG(Eigen::Map<const RowMajor>(data_->geom_xmat + 9 * geom),
-                    Eigen::Map<const Vector3d>(data_->geom_xpos + 3 * geom));
-    switch (model_->geom_type[geom]) {
-      case mjGEOM_BOX:
-        return geometry::Part{geometry::Box{2 * Vector3d(size[0], size[1], size[2])}, X_BG};
-      case mjGEOM_SPHERE:
-        return geometry::Part{geometry::Sphere{size[0]}, X_BG};
-      case mjGEOM_CAPSULE:
-        return geometry::Part{geometry::Capsule{size[0], 2 * size[1]}, X_BG};
-      case mjGEOM_CYLINDER:
-        return geometry::Part{geometry::Cylinder{size[0], 2 * size[1]}, X_BG};
-      case mjGEOM_ELLIPSOID:
-        return geometry::Part{geometry::Box{2 * Vector3d(size[0], size[1], size[2])}, X_BG};
-      case mjGEOM_MESH: {
-        const int mesh = model_->geom_dataid[geom];
-        std::vector<Vector3d> points;
-        const float* vertex = model_->mesh_vert + 3 * model_->mesh_vertadr[mesh];
-        for (int i = 0; i < model_->mesh_vertnum[mesh]; ++i, vertex += 3)
-          points.emplace_back(vertex[0], vertex[1], vertex[2]);
-        const geometry::HullResult hull = geometry::MakeHull(points, kLinkCorners);
-        if (!hull.hull) return std::nullopt;
-        return geometry::CentredPart(*hull.hull, X_BG);
-      }
-      default:
-        return std::nullopt;
-    }
-  }
-
   void ReadLinks() {
     for (int body = 1; body < model_->nbody; ++body) {
       if (BelongsToHand(body)) continue;
@@ -152,8 +154,7 @@ class Reader {
       const Pose X_BL = solid.link == 0 ? Pose() : X_BLink_[static_cast<size_t>(solid.link) - 1];
       for (int i = 0; i < model_->body_geomnum[body]; ++i) {
         const int geom = model_->body_geomadr[body] + i;
-        if (model_->geom_contype[geom] == 0 && model_->geom_conaffinity[geom] == 0) continue;
-        if (auto part = ReadGeom(geom)) {
+        if (auto part = ReadGeom(model_, data_.get(), geom)) {
           part->X_SP = math::Between(X_BL, part->X_SP);
           solid.shape.parts.push_back(std::move(*part));
         }
@@ -208,6 +209,33 @@ class Reader {
 ArmDescription ReadArm(const mjModel_* model, const std::vector<int>& joints, const std::vector<int>& fingers,
                        int site) {
   return Reader(model, joints, fingers, site).Read();
+}
+
+std::vector<geometry::Part> ReadFingers(const Model& robot, const mjModel* model, int site, double opening) {
+  const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model), mj_deleteData);
+  mj_resetData(model, data.get());
+  const size_t fingers = robot.finger_joints().size();
+  std::vector<int> bodies;
+  for (size_t i = 0; i < fingers; ++i) {
+    const int joint = mj_name2id(model, mjOBJ_JOINT, robot.finger_joints()[i].c_str());
+    data->qpos[model->jnt_qposadr[joint]] = robot.gripper().FingerPosition(i, fingers, opening);
+    bodies.push_back(model->jnt_bodyid[joint]);
+  }
+  mj_kinematics(model, data.get());
+  const Pose X_BH(Eigen::Map<const RowMajor>(data->site_xmat + 9 * site),
+                  Eigen::Map<const Vector3d>(data->site_xpos + 3 * site));
+  std::vector<geometry::Part> parts;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    for (int body = model->geom_bodyid[geom]; body > 0; body = model->body_parentid[body]) {
+      if (std::find(bodies.begin(), bodies.end(), body) == bodies.end()) continue;
+      if (auto part = ReadGeom(model, data.get(), geom)) {
+        part->X_SP = math::Between(X_BH, part->X_SP);
+        parts.push_back(std::move(*part));
+      }
+      break;
+    }
+  }
+  return parts;
 }
 
 std::vector<std::pair<int, int>> PairsToCheck(const std::shared_ptr<const Model>& model,

@@ -26,6 +26,9 @@ struct ArmDescription {
 ArmDescription ReadArm(const mjModel_* model, const std::vector<int>& joints, const std::vector<int>& fingers,
                        int site);
 
+/// The collision shapes of a gripper's hinged fingers in the hand frame, at this opening (m).
+std::vector<geometry::Part> ReadFingers(const Model& robot, const mjModel_* model, int site, double opening);
+
 /// ArmSolids::pairs: those not in `excluded` that do not overlap in each of many random configurations.
 std::vector<std::pair<int, int>> PairsToCheck(const std::shared_ptr<const Model>& model,
                                               const std::vector<std::pair<int, int>>& excluded);

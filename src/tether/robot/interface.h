@@ -16,10 +16,13 @@ struct GripperCommand {
   double force = 0;    ///< Closing force at each pad, N; with kForce.
 };
 
-/// What one arm is told for one control period. Torques exclude nothing: gravity is the controller's
-/// business.
+/// What one arm is told for one control period: torques, or velocities that the robot's own servo follows.
 struct Command {
-  Eigen::VectorXd torque;  ///< n, Nm
+  enum class Mode { kTorque, kVelocity };
+  Mode mode = Mode::kTorque;
+  Eigen::VectorXd
+      torque;  ///< n, Nm; with kTorque. They exclude nothing: gravity is the controller's business.
+  Eigen::VectorXd velocity;  ///< n, rad/s; with kVelocity. The robot carries its own weight.
   GripperCommand gripper;
 };
 

@@ -85,11 +85,43 @@ std::vector<std::string> RequiredNames(ObjectReader& reader, std::string_view ke
   return names;
 }
 
+// Fingers on hinges: all of `open`, `closed` and `closing_torque`, or none.
+void ReadHinges(ObjectReader& reader, size_t fingers, Gripper& gripper) {
+  const auto keys = {std::pair{"open", &gripper.open}, std::pair{"closed", &gripper.closed},
+                     std::pair{"closing_torque", &gripper.closing_torque}};
+  if (std::none_of(keys.begin(), keys.end(),
+                   [&](const auto& key) { return reader.Optional(key.first) != nullptr; })) {
+    return;
+  }
+  for (const auto& [key, numbers] : keys) {
+    const Eigen::VectorXd read = RequiredVector(reader, key, static_cast<int>(fingers));
+    numbers->assign(read.data(), read.data() + read.size());
+  }
+  for (size_t i = 0; i < fingers; ++i) {
+    if (reader.value().Find("closed") != nullptr && gripper.open[i] == gripper.closed[i]) {
+      reader.diagnostics().Add(
+          reader.value().Find("closed")->where(),
+          "'closed' of gripper has finger " + std::to_string(i + 1) + " where it is open",
+          "angles that differ from those of 'open' are accepted");
+    }
+    if (reader.value().Find("closing_torque") != nullptr && !(gripper.closing_torque[i] > 0)) {
+      reader.diagnostics().Add(reader.value().Find("closing_torque")->where(),
+                               "'closing_torque' of gripper has an entry that is not above zero",
+                               "numbers above zero are accepted");
+    }
+  }
+}
+
 void ReadGripper(const Value& value, Gripper& gripper, std::vector<std::string>& joints,
                  Diagnostics& diagnostics) {
   ObjectReader reader(value, "gripper", diagnostics);
   joints = RequiredNames(reader, "joints");
+  ReadHinges(reader, joints.size(), gripper);
   gripper.max_opening = Positive(reader, "max_opening");
+  gripper.max_width = gripper.max_opening;
+  if (const Value* width = reader.Optional("max_width")) {
+    gripper.max_width = ReadPositive(*width, "'max_width' of gripper", diagnostics);
+  }
   gripper.pad_half_width = Positive(reader, "pad_half_width");
   gripper.pad_half_height = Positive(reader, "pad_half_height");
   gripper.palm_depth = Positive(reader, "palm_depth");
@@ -111,7 +143,7 @@ void ReadReach(const Value& value, Reach& reach, Diagnostics& diagnostics) {
   }
 }
 
-void ReadSolid(const Value& value, HandSolid& solid, Diagnostics& diagnostics) {
+void ReadSolid(const Value& value, bool hinged, HandSolid& solid, Diagnostics& diagnostics) {
   ObjectReader reader(value, "solid", diagnostics);
   if (const Value* palm = reader.Required("palm", "a map with radius, length and position")) {
     ObjectReader part(*palm, "palm", diagnostics);
@@ -120,7 +152,8 @@ void ReadSolid(const Value& value, HandSolid& solid, Diagnostics& diagnostics) {
     solid.palm_position = RequiredVector(part, "position", 3);
     part.Finish();
   }
-  if (const Value* finger = reader.Required("finger", "a map with radius, outward, from and to")) {
+  const char* finger_keys = "a map with radius, outward, from and to";
+  if (const Value* finger = hinged ? nullptr : reader.Required("finger", finger_keys)) {
     ObjectReader part(*finger, "finger", diagnostics);
     solid.finger_radius = Positive(part, "radius");
     solid.finger_outward = RequiredNumber(part, "outward");
@@ -193,7 +226,9 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     ReadGripper(*value, impl->gripper, impl->finger_joints, diagnostics);
   }
   if (const Value* value = reader.Required("reach", "a map")) ReadReach(*value, impl->reach, diagnostics);
-  if (const Value* value = reader.Required("solid", "a map")) ReadSolid(*value, impl->solid, diagnostics);
+  if (const Value* value = reader.Required("solid", "a map")) {
+    ReadSolid(*value, impl->gripper.hinged(), impl->solid, diagnostics);
+  }
   reader.Finish();
   CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
   CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
@@ -251,9 +286,12 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
     const std::string& joint = impl->finger_joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
     finger_ids.push_back(id);
-    if (id >= 0 && (model->jnt_type[id] != mjJNT_SLIDE || !model->jnt_limited[id])) {
-      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a slide with limits",
-                      "a joint of type slide with a range is accepted");
+    const bool hinged = impl->gripper.hinged();
+    if (id >= 0 && (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
+      const std::string type = hinged ? "hinge" : "slide";
+      diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a " + type + " with limits",
+                      "a joint of type " + type + " with a range is accepted" +
+                          (hinged ? "" : "; hinges need 'open', 'closed' and 'closing_torque'"));
     }
   }
   impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
@@ -272,6 +310,17 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   const std::shared_ptr<Model> loaded(new Model(std::move(impl)));
   loaded->impl_->solids.pairs = PairsToCheck(loaded, arm.excluded);
   return loaded;
+}
+
+double Gripper::FingerPosition(size_t finger, size_t fingers, double opening) const {
+  if (!hinged()) return opening / static_cast<double>(fingers);
+  return closed[finger] + (open[finger] - closed[finger]) * opening / max_opening;
+}
+
+double Gripper::OpeningShare(size_t finger, size_t fingers, double position) const {
+  if (!hinged()) return position;
+  return max_opening / static_cast<double>(fingers) * (position - closed[finger]) /
+         (open[finger] - closed[finger]);
 }
 
 const std::string& Model::name() const { return impl_->name; }
@@ -297,6 +346,12 @@ geometry::Shape Model::HandShape(double opening) const {
   std::vector<geometry::Part> parts;
   const math::Pose X_HPalm(math::RotationFromRpy({M_PI / 2, 0, 0}), solid.palm_position);
   parts.push_back({geometry::Capsule{solid.palm_radius, solid.palm_length}, X_HPalm});
+  if (impl_->gripper.hinged()) {
+    for (geometry::Part& part : ReadFingers(*this, impl_->mujoco.get(), impl_->site_id, opening)) {
+      parts.push_back(std::move(part));
+    }
+    return geometry::Shape(std::move(parts));
+  }
   for (const double side : {1.0, -1.0}) {
     const math::Pose X_HFinger(Eigen::Vector3d(0, side * (opening / 2 + solid.finger_outward),
                                                (solid.finger_from + solid.finger_to) / 2));

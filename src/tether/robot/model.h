@@ -14,14 +14,26 @@ namespace tether::robot {
 struct ArmSolids;
 struct Chain;
 
-/// A two-finger parallel gripper, described in the hand frame: origin at the grasp point midway between the
-/// pads, z the approach direction (out of the palm), y the closing axis.
+/// A gripper, described in the hand frame: origin at the grasp point midway between the pads, z the approach
+/// direction (out of the palm), y the closing axis. Its fingers slide (a parallel gripper, whose opening is
+/// the sum of their positions) or turn on hinges (whose opening goes linearly from `closed` to `open`).
 struct Gripper {
   double max_opening = 0;      ///< Greatest distance between the pads, m.
+  double max_width = 0;        ///< The widest thing it holds firmly, m.
   double pad_half_width = 0;   ///< Half the pad's extent along x, m.
   double pad_half_height = 0;  ///< Half the pad's extent along z, m.
   double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
   double max_force = 0;        ///< N at each pad.
+  /// Per finger that turns on a hinge; empty for fingers that slide.
+  std::vector<double> open, closed;    ///< rad, at `max_opening` and at an opening of zero
+  std::vector<double> closing_torque;  ///< Nm, at `max_force`
+
+  bool hinged() const { return !open.empty(); }
+  /// Where a finger is at this opening (m) of `fingers` fingers: m or rad.
+  double FingerPosition(size_t finger, size_t fingers, double opening) const;
+  /// The share of the opening (m) that a finger at this position (m or rad) contributes; their sum is the
+  /// opening.
+  double OpeningShare(size_t finger, size_t fingers, double position) const;
 };
 
 /// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand
@@ -65,8 +77,9 @@ class Model {
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;
-  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m). Smooth where
-  /// it comes near things: the fingers are capsules along z (ERRATA A12).
+  /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m): the palm,
+  /// then the fingers. Smooth where it comes near things: sliding fingers are capsules along z (ERRATA A12);
+  /// those on hinges have the shapes of the MJCF file. The number of parts does not depend on `opening`.
   geometry::Shape HandShape(double opening) const;
 
   /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.

@@ -17,11 +17,13 @@
 #include "tether/common/error.h"
 #include "tether/common/random.h"
 #include "tether/common/value.h"
+#include "tether/geometry/support.h"
 
 namespace tether::robot {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 
 std::shared_ptr<const Model> Panda() {
@@ -248,12 +250,72 @@ TEST_F(OwnRobotTest, MistakesAreExplained) {
   EXPECT_THAT(Replaced(&yaml_, "home: [0, -0.5236,", "home: [0, -2.5,"), HasSubstr("'joint2' at -2.5"));
   EXPECT_THAT(Replaced(&yaml_, "min: 0", "min: 1"), HasSubstr("0 ≤ min < max"));
   EXPECT_THAT(Replaced(&yaml_, "max_force: 70", "max_force: -70"), HasSubstr("above zero"));
+  EXPECT_THAT(Replaced(&yaml_, "  max_opening: 0.08", "  open: [0, 0]\n  max_opening: 0.08"),
+              AllOf(HasSubstr("'closed'"), HasSubstr("'closing_torque'")));
+  EXPECT_THAT(Replaced(&yaml_, "  max_opening: 0.08",
+                       "  open: [0, 0]\n  closed: [1, 1]\n  closing_torque: [1, 1]\n  max_opening: 0.08"),
+              HasSubstr("unknown key 'finger' in solid"));
   EXPECT_THAT(Replaced(&yaml_, "tether.robot/1\nname", "tether.robot/7\nname"),
               HasSubstr("tether.robot/1 is accepted"));
   EXPECT_THAT(Replaced(&yaml_, "mjcf: panda.xml", "mjcf: pandas.xml"), HasSubstr("pandas.xml"));
   EXPECT_THAT(Replaced(&yaml_, "[finger_joint1, finger_joint2]", "[joint1, finger_joint2]"),
               HasSubstr("not a slide with limits"));
   EXPECT_THAT(Replaced(&mjcf_, "<joint name=\"joint3\"", "<jiont name=\"joint3\""), HasSubstr("panda.xml"));
+}
+
+// Where the manufacturer's description puts the end effector, worked out from its joint frames one by one.
+math::Pose JacoByItsDescription(const Eigen::VectorXd& q) {
+  struct Frame {
+    Eigen::Vector3d rpy, xyz;
+  };
+  constexpr double pi = M_PI;
+  const std::array<Frame, 7> frames = {{{{0, pi, 0}, {0, 0, 0.15675}},
+                                        {{-pi / 2, pi, pi}, {0, 0.0016, -0.11875}},
+                                        {{0, pi, pi}, {0, -0.410, 0}},
+                                        {{-pi / 2, 0, pi}, {0, 0.2073, -0.0114}},
+                                        {{pi / 3, 0, pi}, {0, -0.03703, -0.06414}},
+                                        {{pi / 3, 0, pi}, {0, -0.03703, -0.06414}},
+                                        {{pi, 0, 0}, {0, 0, -0.16}}}};
+  math::Pose X;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    X = X * math::Pose(math::RotationFromRpy(frames[i].rpy), frames[i].xyz);
+    if (i < 6)
+      X = X * math::Pose(math::ExpSO3({0, 0, q[static_cast<Eigen::Index>(i)]}), Eigen::Vector3d::Zero());
+  }
+  return X;
+}
+
+TEST(ModelTest, TheJacoStandsAsItsDescriptionSays) {
+  const auto jaco = Model::Load("j2n6s300");
+  Random random(1);
+  State state(jaco);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::VectorXd q = i == 0 ? jaco->home() : RandomConfiguration(*jaco, &random);
+    state.Set(q, Eigen::VectorXd::Zero(6));
+    EXPECT_LT((state.X_BH().p - JacoByItsDescription(q).p).norm(), 1e-9);
+    EXPECT_LT((state.X_BH().R - JacoByItsDescription(q).R).norm(), 1e-9);
+  }
+  state.Set(jaco->home(), Eigen::VectorXd::Zero(6));
+  EXPECT_LT((state.X_BH().p - Eigen::Vector3d(0.3, 0, 0.35)).norm(), 2e-3);
+  EXPECT_LT(state.X_BH().R(2, 2), -0.999);
+}
+
+TEST(ModelTest, HingedFingersGoFromOpenToClosed) {
+  const auto jaco = Model::Load("j2n6s300");
+  const Gripper& gripper = jaco->gripper();
+  ASSERT_TRUE(gripper.hinged());
+  EXPECT_FALSE(Panda()->gripper().hinged());
+  for (const double opening : {0.0, 0.05, gripper.max_opening}) {
+    double sum = 0;
+    for (size_t i = 0; i < 3; ++i) sum += gripper.OpeningShare(i, 3, gripper.FingerPosition(i, 3, opening));
+    EXPECT_NEAR(sum, opening, 1e-12);
+  }
+  // The palm and two parts of each finger; the tips part as the hand opens.
+  const geometry::Shape open = jaco->HandShape(gripper.max_opening), closed = jaco->HandShape(0);
+  ASSERT_EQ(open.parts.size(), 7u);
+  ASSERT_EQ(closed.parts.size(), 7u);
+  EXPECT_GT(geometry::Support(open, Eigen::Vector3d::UnitY()), 0.1);
+  EXPECT_LT(geometry::Support(closed, Eigen::Vector3d::UnitY()), 0.07);
 }
 
 TEST(LoadTest, UnknownModelsAreTold) {

@@ -69,7 +69,11 @@ void World::Observe(robot::Observations* observations) const {
       seen.tau_external[found - robot.dof.begin()] -= slope * data->efc_force[row];
     }
     seen.gripper_opening = 0;
-    for (const int address : robot.finger_qpos) seen.gripper_opening += data->qpos[address];
+    const size_t fingers = robot.finger_qpos.size();
+    for (size_t i = 0; i < fingers; ++i) {
+      seen.gripper_opening +=
+          robot.model->gripper().OpeningShare(i, fingers, data->qpos[robot.finger_qpos[i]]);
+    }
   }
 }
 
@@ -85,13 +89,25 @@ void World::Apply(const robot::Commands& commands, double period) {
         std::find_if(world.robots.begin(), world.robots.end(),
                      [&name = name](const Impl::RobotEntry& entry) { return entry.name == name; });
     if (robot == world.robots.end()) ThrowUnknown("robot", name, Names(world.robots));
-    if (command.torque.size() != robot->model->dof() || !command.torque.allFinite() ||
+    const bool velocity = command.mode == robot::Command::Mode::kVelocity;
+    const Eigen::VectorXd& wanted = velocity ? command.velocity : command.torque;
+    if (wanted.size() != robot->model->dof() || !wanted.allFinite() ||
         !std::isfinite(command.gripper.opening) || !std::isfinite(command.gripper.force)) {
       throw InputError("the command for robot '" + name + "' is of the wrong size or not finite",
-                       std::to_string(robot->model->dof()) + " finite torques are accepted");
+                       std::to_string(robot->model->dof()) + " finite " +
+                           (velocity ? "velocities" : "torques") + " are accepted");
     }
-    const Eigen::VectorXd& limit = robot->model->max_torque();
-    robot->torque = command.torque.cwiseMin(limit).cwiseMax(-limit);
+    if (velocity) {
+      const Eigen::VectorXd& limit = robot->model->max_velocity();
+      robot->velocity = wanted.cwiseMin(limit).cwiseMax(-limit);
+      if (!robot->follows_velocity) {
+        for (int i = 0; i < robot->model->dof(); ++i) robot->reference[i] = world.data->qpos[robot->qpos[i]];
+      }
+    } else {
+      const Eigen::VectorXd& limit = robot->model->max_torque();
+      robot->torque = wanted.cwiseMin(limit).cwiseMax(-limit);
+    }
+    robot->follows_velocity = velocity;
     robot->gripper = command.gripper;
     robot->commanded = true;
   }

@@ -21,6 +21,12 @@ namespace {
 // fingers' speed.
 constexpr double kFingerStiffness = 4000;
 constexpr double kFingerServoForce = 20;
+// The same for fingers on hinges, in Nm/rad.
+constexpr double kFingerTurnStiffness = 4;
+// The servo of an arm that follows velocities: stiffness in 1/s², critically damped, and the greatest lag,
+// rad.
+constexpr double kServoStiffness = 2500;
+constexpr double kServoLeash = 0.05;
 // An arm without a command floats; this much damping, in Nm s/rad, keeps it from drifting.
 constexpr double kFloatDamping = 10;
 // How fast a movable object that is driven catches up with its path, 1/s.
@@ -91,7 +97,7 @@ World::Impl::Impl(const scene::Scene& scene_in,
     RobotEntry entry;
     entry.name = robot.name;
     entry.model = models.at(robot.name);
-    entry.torque = Eigen::VectorXd::Zero(entry.model->dof());
+    entry.torque = entry.velocity = entry.reference = Eigen::VectorXd::Zero(entry.model->dof());
     entry.gripper.opening = entry.model->gripper().max_opening;
     robots.push_back(std::move(entry));
   }
@@ -102,8 +108,10 @@ World::Impl::Impl(const scene::Scene& scene_in,
     for (size_t i = 0; i < robot.qpos.size(); ++i) {
       data->qpos[robot.qpos[i]] = q.empty() ? robot.model->home()[i] : q[i];
     }
-    for (const int address : robot.finger_qpos) {
-      data->qpos[address] = robot.gripper.opening / static_cast<double>(robot.finger_qpos.size());
+    const size_t fingers = robot.finger_qpos.size();
+    for (size_t i = 0; i < fingers; ++i) {
+      data->qpos[robot.finger_qpos[i]] =
+          robot.model->gripper().FingerPosition(i, fingers, robot.gripper.opening);
     }
   }
   mj_forward(model.get(), data.get());
@@ -149,6 +157,8 @@ void World::Impl::Compile() {
   const std::unique_ptr<mjData, DeleteMujoco> old_data = std::move(data);
   model = LoadText(ComposeMjcf(scene, composition));
   data.reset(mj_makeData(model.get()));
+  acceleration.assign(static_cast<size_t>(model->nv), 0.0);
+  inertia_torque.assign(static_cast<size_t>(model->nv), 0.0);
   if (old_model != nullptr) {
     for (int old = 0; old < old_model->njnt; ++old) {
       const char* name = mj_id2name(old_model.get(), mjOBJ_JOINT, old);
@@ -309,22 +319,48 @@ void World::Impl::FollowDrives() {
   }
 }
 
+void World::Impl::ServoVelocity(RobotEntry& robot) {
+  std::fill(acceleration.begin(), acceleration.end(), 0.0);
+  for (size_t i = 0; i < robot.dof.size(); ++i) {
+    const double q = data->qpos[robot.qpos[i]];
+    double& reference = robot.reference[static_cast<Eigen::Index>(i)];
+    const double velocity = robot.velocity[static_cast<Eigen::Index>(i)];
+    // An arm that is held up does not wind the reference up.
+    reference = std::clamp(reference + velocity * options.timestep, q - kServoLeash, q + kServoLeash);
+    acceleration[robot.dof[i]] = kServoStiffness * (reference - q) +
+                                 2 * std::sqrt(kServoStiffness) * (velocity - data->qvel[robot.dof[i]]);
+  }
+  mj_mulM(model.get(), data.get(), inertia_torque.data(), acceleration.data());
+  for (size_t i = 0; i < robot.dof.size(); ++i) {
+    const double limit = robot.model->max_torque()[static_cast<Eigen::Index>(i)];
+    robot.torque[static_cast<Eigen::Index>(i)] =
+        std::clamp(data->qfrc_bias[robot.dof[i]] + inertia_torque[robot.dof[i]], -limit, limit);
+  }
+}
+
 void World::Impl::ApplyForces() {
-  for (const RobotEntry& robot : robots) {
+  for (RobotEntry& robot : robots) {
+    if (robot.commanded && robot.follows_velocity) ServoVelocity(robot);
     for (size_t i = 0; i < robot.dof.size(); ++i) {
       const int dof = robot.dof[i];
       data->qfrc_applied[dof] =
           robot.commanded ? robot.torque[i] : data->qfrc_bias[dof] - kFloatDamping * data->qvel[dof];
     }
-    const double share = 1.0 / static_cast<double>(robot.finger_dof.size());
-    const double max_force = robot.model->gripper().max_force;
-    for (size_t i = 0; i < robot.finger_dof.size(); ++i) {
-      double force = -std::clamp(robot.gripper.force, 0.0, max_force);
+    const robot::Gripper& gripper = robot.model->gripper();
+    const size_t fingers = robot.finger_dof.size();
+    const double share = std::clamp(robot.gripper.force, 0.0, gripper.max_force) / gripper.max_force;
+    for (size_t i = 0; i < fingers; ++i) {
+      const bool hinged = gripper.hinged();
+      const double closing = hinged ? gripper.closing_torque[i] : gripper.max_force;
+      const double toward_closed = hinged && gripper.closed[i] > gripper.open[i] ? 1.0 : -1.0;
+      double force = toward_closed * share * closing;
       if (robot.gripper.mode == robot::GripperCommand::Mode::kOpening) {
-        const double opening = std::clamp(robot.gripper.opening, 0.0, robot.model->gripper().max_opening);
-        const double limit = std::min(kFingerServoForce, max_force);
-        force = std::clamp(kFingerStiffness * (opening * share - data->qpos[robot.finger_qpos[i]]), -limit,
-                           limit);
+        const double opening = std::clamp(robot.gripper.opening, 0.0, gripper.max_opening);
+        const double limit = hinged ? closing : std::min(kFingerServoForce, closing);
+        const double stiffness = hinged ? kFingerTurnStiffness : kFingerStiffness;
+        force = std::clamp(
+            stiffness * (gripper.FingerPosition(i, fingers, opening) - data->qpos[robot.finger_qpos[i]]),
+            -limit, limit);
       }
       data->qfrc_applied[robot.finger_dof[i]] = force;
     }

@@ -52,7 +52,10 @@ struct World::Impl {
     std::vector<int> joint, qpos, dof;  ///< Of the arm's joints.
     std::vector<int> finger_qpos, finger_dof;
     Eigen::VectorXd torque;
-    bool commanded = false;  ///< In the current period.
+    Eigen::VectorXd velocity;       ///< rad/s, that the servo follows
+    Eigen::VectorXd reference;      ///< rad, joint positions that the servo holds: the velocity's integral
+    bool commanded = false;         ///< In the current period.
+    bool follows_velocity = false;  ///< Its servo holds `reference`.
     robot::GripperCommand gripper;
   };
 
@@ -66,7 +69,8 @@ struct World::Impl {
   std::vector<RobotEntry> robots;
   std::vector<int>
       owner;  ///< Per body: index of the object, or of the robot plus the number of objects; −1: world.
-  std::map<int, Drive> drives;  ///< By object.
+  std::map<int, Drive> drives;                       ///< By object.
+  std::vector<double> acceleration, inertia_torque;  ///< Of all joints, for the velocity servo.
   long steps = 0;
   double target_time = 0;
 
@@ -92,6 +96,8 @@ struct World::Impl {
   void Step();
   void FollowDrives();
   void ApplyForces();
+  /// Torques of a robot's own velocity servo, which carries the arm's weight.
+  void ServoVelocity(RobotEntry& robot);
   void CheckStable() const;
 };
 

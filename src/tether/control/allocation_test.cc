@@ -1,0 +1,88 @@
+// A file of its own: it replaces malloc for the whole test program.
+#include "tether/common/heap_counter.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tether/constraints/field_function.h"
+#include "tether/control/constrained_velocity.h"
+#include "tether/control/objective.h"
+#include "tether/control/operational_space.h"
+
+namespace tether::control {
+namespace {
+
+#ifdef TETHER_COUNTS_ALLOCATIONS
+
+TEST(AllocationTest, OperationalSpaceControlTakesNothingFromTheHeap) {
+  const auto model = robot::Model::Load("panda");
+  robot::State state(model);
+  OperationalSpaceController controller(model, {}, model->home());
+  HandTarget target;
+  target.X_BH = state.X_BH();
+  target.X_BH.p.x() += 0.3;
+  const Eigen::VectorXd q = model->home() + Eigen::VectorXd::Constant(7, 0.1), v = Eigen::VectorXd::Zero(7);
+  const long before = heap_allocations;
+  for (int i = 0; i < 10; ++i) {
+    state.Set(q, v);
+    controller.Compute(state, target);
+  }
+  target.X_BH.p.x() = std::numeric_limits<double>::quiet_NaN();
+  controller.Compute(state, target);
+  EXPECT_EQ(heap_allocations, before);
+  EXPECT_GT(before, 0);
+}
+
+TEST(AllocationTest, ConstrainedVelocityControlTakesNothingFromTheHeap) {
+  for (const char* name : {"j2n6s300", "panda"}) {
+    const auto model = robot::Model::Load(name);
+    std::vector<Solid> solids;
+    std::vector<MovingPose> poses;
+    const auto add = [&](const char* object, const geometry::Primitive& primitive, const Eigen::Vector3d& p) {
+      solids.push_back({object, primitive, true});
+      poses.push_back({math::Pose(p)});
+    };
+    add("table", geometry::Box{{1.4, 1.8, 0.04}}, {0, 0, -0.02});
+    add("post", geometry::Cylinder{0.05, 0.4}, {0.3, 0.3, 0.2});
+    add("held", geometry::Box{{0.05, 0.05, 0.1}}, {0.3, 0, 0.3});
+    ClearanceConstraint clearance{"clearance", {}, true, {0, 1, 2}, 0.01, 0};
+    for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
+    const std::vector<FieldConstraint> fields = {
+        {"tilt",
+         constraints::MakeAngle(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), 0.35),
+         {},
+         {},
+         1},
+        {"cone", constraints::MakePointCone(0.05, {0.2, 0.2, 0.3}, Eigen::Vector3d::Zero()), {}, {2, {}}, 0}};
+    VelocityOptions options;
+    options.range = 2;
+    ConstrainedVelocity controller(model, math::Pose(), solids, {clearance}, fields, options);
+    controller.Hold(2);
+    Goal goal;
+    goal.functions =
+        MakeObjective(Objective::kPose, math::Pose(math::RotationFromRpy({M_PI, 0, 0}), {0.4, 0.2, 0.05}));
+    Eigen::VectorXd q = model->home();
+    robot::Kinematics kinematics(model);
+    int relaxed = 0;
+    long allocations = 0;
+    for (int tick = 0; tick < 600; ++tick) {
+      kinematics.Set(q);
+      poses[2].X = kinematics.X_BH();
+      // A post that runs over the arm: rows conflict.
+      if (tick > 300) poses[1].X.p = Eigen::Vector3d(0.3 - 0.002 * (tick - 300), 0, 0.2);
+      const long before = heap_allocations;
+      const Eigen::VectorXd& v = controller.Compute({q, 0.02, poses}, tick < 500 ? &goal : nullptr);
+      allocations += heap_allocations - before;
+      relaxed += controller.flags().relaxed ? 1 : 0;
+      q += 0.005 * v;
+    }
+    EXPECT_EQ(allocations, 0) << name;
+    EXPECT_GT(relaxed, 0) << name;
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace tether::control

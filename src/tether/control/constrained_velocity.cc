@@ -1,0 +1,462 @@
+#include "tether/control/constrained_velocity.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "tether/common/error.h"
+#include "tether/geometry/distance.h"
+#include "tether/qp/hierarchy.h"
+
+namespace tether::control {
+namespace {
+
+using Eigen::Vector3d;
+using math::Pose;
+using nlp::Unit;
+
+// Goals and fields have at most so many rows each.
+constexpr int kMaxFunctionRows = 12;
+// What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
+constexpr double kRounding = 1e-4;
+
+double Clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
+
+}  // namespace
+
+void VelocityOptions::Validate() const {
+  Diagnostics diagnostics;
+  const auto require = [&](const char* name, double value, bool zero) {
+    if (std::isfinite(value) && (value > 0 || (zero && value == 0))) return;
+    diagnostics.Add(
+        {}, std::string("'") + name + "' of the velocity controller is " + std::to_string(value),
+        zero ? "a finite number of at least zero is accepted" : "a finite number above zero is accepted");
+  };
+  require("gain", gain, false);
+  require("damping", damping, false);
+  require("rotation_weight", rotation_weight, false);
+  require("field_gain", field_gain, false);
+  require("joint_gain", joint_gain, false);
+  require("joint_margin", joint_margin, true);
+  require("buffer", buffer, true);
+  require("self_distance", self_distance, true);
+  require("range", range, false);
+  require("escape_speed", escape_speed, false);
+  diagnostics.ThrowIfAny();
+}
+
+struct ConstrainedVelocity::Impl {
+  struct Pair {
+    int a, b;  ///< Bodies.
+    int constraint;
+    double distance;
+    Priority priority;
+    bool held;     ///< Only while one of them, an object, is held and the other is not.
+    bool allowed;  ///< They may touch.
+  };
+  struct Field {
+    FieldConstraint spec;
+    Eigen::MatrixXd J;
+    Eigen::VectorXd r;
+  };
+
+  Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
+       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
+
+  void AddPairs(const ClearanceConstraint& clearance, int constraint);
+  void AddSelfPairs(int constraint);
+  void SetRoom();
+  bool IsActive(const Pair& pair) const;
+  bool TakeInput(const VelocityInput& input);
+  Pose FramePose(const Frame& frame, bool target, math::Vector6d* V) const;
+  void AddPairRows();
+  void AddFieldRows(Field& field, int constraint);
+  void AddGoal(const Goal& goal);
+  void AddPosture(const Goal& goal);
+  void SetBounds();
+  double* NewRow(int constraint, double value, double drift, Priority priority, int a, int b);
+  /// Adds scale · d(n · v)/dq̇ of the point p on a link.
+  void AddAlong(int link, const Vector3d& p, const Vector3d& n, double scale, double* row) const;
+  /// Writes row r of a function's derivative in q: frame F moves with `link`.
+  void Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link, double* row) const;
+  static double Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT, const math::Vector6d& V_BT);
+  void Solve();
+  void Fault();
+
+  std::shared_ptr<const robot::Model> model;
+  VelocityOptions options;
+  Pose X_BW;
+  int n;
+  robot::Kinematics kinematics;
+  ArmBodies bodies;
+  std::vector<std::string> names;
+  std::vector<Pair> pairs;
+  std::vector<Field> fields;
+  size_t fixed_fields = 0;
+  int first_field = 0;  ///< The constraint number of the first field.
+
+  std::vector<Row> rows;
+  std::vector<double> jacobians;  ///< n per row
+  int num_rows = 0;
+  std::vector<int> levels;
+  std::unique_ptr<qp::Problem> problem;
+  std::unique_ptr<qp::HierarchySolver> solver;
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g, lower, upper, qdot;
+  Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
+  Eigen::VectorXd goal_r{kMaxFunctionRows};
+  Eigen::VectorXd goal_row;
+  double error_m = 0, error_rad = 0;
+  VelocityFlags flags;
+};
+
+ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
+                                const std::vector<Solid>& objects,
+                                std::vector<ClearanceConstraint> clearances,
+                                std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in)
+    : model(std::move(model_in)),
+      options(options_in),
+      X_BW(X_WBase_in.Inverse()),
+      n(model->dof()),
+      kinematics(model),
+      bodies(model, objects),
+      H(n, n),
+      g(n),
+      lower(n),
+      upper(n),
+      qdot(Eigen::VectorXd::Zero(n)),
+      goal_row(n) {
+  options.Validate();
+  for (const ClearanceConstraint& clearance : clearances) {
+    AddPairs(clearance, static_cast<int>(names.size()));
+    names.push_back(clearance.name);
+  }
+  AddSelfPairs(static_cast<int>(names.size()));
+  names.emplace_back("self");
+  first_field = static_cast<int>(names.size());
+  for (FieldConstraint& field : fields_in) {
+    names.push_back(field.name);
+    const int size = field.function->size();
+    fields.push_back({std::move(field), Eigen::MatrixXd(size, 12), Eigen::VectorXd(size)});
+  }
+  fixed_fields = fields.size();
+  SetRoom();
+}
+
+void ConstrainedVelocity::Impl::AddPairs(const ClearanceConstraint& clearance, int constraint) {
+  for (const int object : clearance.to) {
+    const int b = bodies.object(object);
+    for (const int a : clearance.of) {
+      if (bodies.link(a) == 0) continue;
+      pairs.push_back({a, b, constraint, clearance.distance, clearance.priority, false, false});
+    }
+    if (!clearance.held) continue;
+    for (int other = bodies.hand() + 1; other < bodies.num_bodies(); ++other) {
+      if (other != b)
+        pairs.push_back({other, b, constraint, clearance.distance, clearance.priority, true, false});
+    }
+  }
+}
+
+void ConstrainedVelocity::Impl::AddSelfPairs(int constraint) {
+  for (const auto& [a, b] : model->solids().pairs) {
+    pairs.push_back({a, b, constraint, options.self_distance, 0, false, false});
+  }
+}
+
+void ConstrainedVelocity::Impl::SetRoom() {
+  size_t room = 0;
+  for (const Pair& pair : pairs) {
+    room += static_cast<size_t>(bodies.max_parts(pair.a)) * static_cast<size_t>(bodies.max_parts(pair.b));
+  }
+  for (const Field& field : fields) room += static_cast<size_t>(field.r.size());
+  if (room <= rows.size() && problem != nullptr) return;
+  rows.resize(room);
+  levels.resize(room);
+  jacobians.resize(room * static_cast<size_t>(n));
+  problem = std::make_unique<qp::Problem>(n, 0, static_cast<int>(room));
+  solver = std::make_unique<qp::HierarchySolver>(n, 0, static_cast<int>(room));
+}
+
+bool ConstrainedVelocity::Impl::IsActive(const Pair& pair) const {
+  if (pair.allowed) return false;
+  const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
+  if (pair.held) return pair.a == held;
+  // The hand touches what it holds; the links have to keep away from it as from everything else.
+  return !(pair.b == held && bodies.link(pair.a) == n);
+}
+
+bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
+  if (input.q.size() != n || !input.q.allFinite() || !std::isfinite(input.opening)) return false;
+  for (const MovingPose& object : input.objects) {
+    if (!object.X.R.allFinite() || !object.X.p.allFinite() || !object.V.allFinite()) return false;
+  }
+  kinematics.Set(input.q);
+  bodies.PlaceArm(kinematics, input.opening);
+  for (size_t i = 0; i < input.objects.size(); ++i) {
+    MovingPose moved;
+    moved.X = X_BW * input.objects[i].X;
+    moved.V.head<3>() = X_BW.R * input.objects[i].V.head<3>();
+    moved.V.tail<3>() = X_BW.R * input.objects[i].V.tail<3>();
+    bodies.Place(static_cast<int>(i), moved);
+  }
+  return true;
+}
+
+double* ConstrainedVelocity::Impl::NewRow(int constraint, double value, double drift, Priority priority,
+                                          int a, int b) {
+  const auto index = static_cast<size_t>(num_rows++);
+  rows[index] = {constraint, value, drift, priority, a, b};
+  double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
+  std::fill(jacobian, jacobian + n, 0.0);
+  return jacobian;
+}
+
+void ConstrainedVelocity::Impl::AddAlong(int link, const Vector3d& p, const Vector3d& n_B, double scale,
+                                         double* row) const {
+  for (int i = 0; i < link; ++i) {
+    const Pose& X_BJ = kinematics.X_BL(i + 1);
+    row[i] += scale * X_BJ.R.col(2).dot((p - X_BJ.p).cross(n_B));
+  }
+}
+
+void ConstrainedVelocity::Impl::AddPairRows() {
+  for (const Pair& pair : pairs) {
+    if (!IsActive(pair)) continue;
+    const double near = pair.distance + options.buffer + options.range;
+    const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
+    for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
+      for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
+        if (ArmBodies::LowerBound(*a, *b) > near) continue;
+        const geometry::Distance d = geometry::SignedDistance(a->primitive, a->X_BP, b->primitive, b->X_BP);
+        if (d.distance > near) continue;
+        double drift = 0;
+        if (link_b == 0) {
+          const MovingPose& moving = bodies.pose(pair.b);
+          drift = d.n_W.dot(moving.V.head<3>() + moving.V.tail<3>().cross(d.p_WB - moving.X.p));
+        }
+        double* row = NewRow(pair.constraint, d.distance - pair.distance - options.buffer, drift,
+                             pair.priority, pair.a, pair.b);
+        AddAlong(link_a, d.p_WA, d.n_W, -1, row);
+        AddAlong(link_b, d.p_WB, d.n_W, 1, row);
+      }
+    }
+  }
+}
+
+Pose ConstrainedVelocity::Impl::FramePose(const Frame& frame, bool target, math::Vector6d* V) const {
+  if (V != nullptr) V->setZero();
+  if (frame.object < 0) return (target ? Pose() : kinematics.X_BH()) * frame.X_OF;
+  const MovingPose& object = bodies.pose(bodies.object(frame.object));
+  const Pose X_BF = object.X * frame.X_OF;
+  if (V != nullptr) {
+    V->head<3>() = object.V.head<3>() + object.V.tail<3>().cross(X_BF.p - object.X.p);
+    V->tail<3>() = object.V.tail<3>();
+  }
+  return X_BF;
+}
+
+void ConstrainedVelocity::Impl::Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link,
+                                      double* row) const {
+  const Vector3d along = X_BF.R * J.block<1, 3>(r, 6).transpose();
+  const Vector3d about = X_BF.R * J.block<1, 3>(r, 9).transpose();
+  for (int i = 0; i < link; ++i) {
+    const Pose& X_BJ = kinematics.X_BL(i + 1);
+    row[i] = X_BJ.R.col(2).dot((X_BF.p - X_BJ.p).cross(along) + about);
+  }
+}
+
+double ConstrainedVelocity::Impl::Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT,
+                                        const math::Vector6d& V_BT) {
+  return (X_BT.R * J.block<1, 3>(r, 0).transpose()).dot(V_BT.head<3>()) +
+         (X_BT.R * J.block<1, 3>(r, 3).transpose()).dot(V_BT.tail<3>());
+}
+
+void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
+  const FieldConstraint& spec = field.spec;
+  Frame frame = spec.frame;
+  if (frame.object != -1) {
+    if (bodies.held() < 0 || (frame.object != kHeld && frame.object != bodies.held())) return;
+    frame.object = bodies.held();
+  }
+  math::Vector6d V_BT;
+  const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(frame, false, nullptr)};
+  nlp::JacobianRef J(field.J);
+  spec.function->Evaluate(X, field.r, &J);
+  const double buffer = spec.function->unit() == Unit::kMetre ? options.buffer : 0;
+  for (int r = 0; r < field.r.size(); ++r) {
+    if (!std::isfinite(field.r[r])) continue;
+    double* row =
+        NewRow(constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), spec.priority, -1, -1);
+    Chain(field.J, r, X[1], n, row);
+    for (int i = 0; i < n; ++i) row[i] = -row[i];
+  }
+}
+
+void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
+  math::Vector6d V_BT;
+  const std::array<Pose, 2> X{FramePose(goal.target, true, &V_BT), FramePose(goal.frame, false, nullptr)};
+  for (const constraints::PoseFunctionPtr& function : goal.functions) {
+    const int size = function->size();
+    assert(size <= kMaxFunctionRows);
+    nlp::JacobianRef J(goal_J.topRows(size));
+    function->Evaluate(X, goal_r.head(size), &J);
+    const bool metres = function->unit() == Unit::kMetre;
+    const double norm = goal_r.head(size).norm();
+    double& error = metres ? error_m : error_rad;
+    error = std::max(error, norm);
+    const double wanted = options.gain * norm, limit = metres ? goal.speed : goal.turn_speed;
+    const double share = options.gain * (wanted > limit ? limit / wanted : 1.0);
+    const double weight = metres ? 1.0 : options.rotation_weight;
+    for (int r = 0; r < size; ++r) {
+      goal_row.setZero();
+      Chain(goal_J, r, X[1], n, goal_row.data());
+      const double residual = share * goal_r[r] + Drift(goal_J, r, X[0], V_BT);
+      H.noalias() += 2 * weight * weight * goal_row * goal_row.transpose();
+      g += 2 * weight * weight * residual * goal_row;
+    }
+  }
+}
+
+void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
+  const double furthest = (kinematics.q() - goal.posture).cwiseAbs().maxCoeff();
+  const double wanted = options.gain * furthest;
+  const double share = options.gain * (wanted > goal.turn_speed ? goal.turn_speed / wanted : 1.0);
+  const double weight = 2 * options.rotation_weight * options.rotation_weight;
+  for (int i = 0; i < n; ++i) {
+    H(i, i) += weight;
+    g[i] += weight * share * (kinematics.q()[i] - goal.posture[i]);
+  }
+  error_rad = std::max(error_rad, furthest);
+}
+
+void ConstrainedVelocity::Impl::SetBounds() {
+  for (int i = 0; i < n; ++i) {
+    const double most = model->max_velocity()[i];
+    // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
+    const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
+    const double margin = std::min(options.joint_margin, 0.9 * half);
+    const double q = kinematics.q()[i];
+    lower[i] = Clamp(options.joint_gain * (model->lower()[i] + margin - q), most);
+    upper[i] = Clamp(options.joint_gain * (model->upper()[i] - margin - q), most);
+    // A joint beyond its limit comes back slowly.
+    lower[i] = std::min(lower[i], std::min(options.escape_speed, most));
+    upper[i] = std::max(upper[i], -std::min(options.escape_speed, most));
+  }
+}
+
+void ConstrainedVelocity::Impl::Fault() {
+  flags.fault = true;
+  qdot.setZero();
+}
+
+void ConstrainedVelocity::Impl::Solve() {
+  problem->Resize(n, 0, num_rows);
+  problem->H() = H;
+  problem->g() = g;
+  problem->x_lower() = lower;
+  problem->x_upper() = upper;
+  auto A = problem->A();
+  auto A_lower = problem->lower();
+  for (int r = 0; r < num_rows; ++r) {
+    const Row& row = rows[static_cast<size_t>(r)];
+    const double* jacobian = jacobians.data() + static_cast<size_t>(r) * static_cast<size_t>(n);
+    for (int i = 0; i < n; ++i) A(r, i) = jacobian[i];
+    A_lower[r] = std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
+    levels[static_cast<size_t>(r)] = 1 + row.priority;
+    if (row.value < -options.buffer - kRounding && (flags.worst < 0 || -row.value > flags.violation)) {
+      flags.escaping = true;
+      flags.worst = row.constraint;
+      flags.violation = -row.value;
+    }
+  }
+  const qp::Status status =
+      solver->Solve(*problem, std::span<const int>(levels.data(), static_cast<size_t>(num_rows)));
+  if (status != qp::Status::kSolved || !solver->x().allFinite()) return Fault();
+  qdot = solver->x().cwiseMax(lower).cwiseMin(upper);
+  if (solver->num_relaxed() == 0) return;
+  flags.relaxed = true;
+  flags.violation = 0;
+  for (int r = 0; r < num_rows; ++r) {
+    const double violation = solver->violations()[static_cast<size_t>(r)];
+    if (violation <= flags.violation) continue;
+    flags.violation = violation;
+    flags.worst = rows[static_cast<size_t>(r)].constraint;
+  }
+}
+
+ConstrainedVelocity::ConstrainedVelocity(std::shared_ptr<const robot::Model> model, const Pose& X_WBase,
+                                         const std::vector<Solid>& objects,
+                                         std::vector<ClearanceConstraint> clearances,
+                                         std::vector<FieldConstraint> fields, const VelocityOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, std::move(clearances),
+                                   std::move(fields), options)) {}
+ConstrainedVelocity::~ConstrainedVelocity() = default;
+ConstrainedVelocity::ConstrainedVelocity(ConstrainedVelocity&&) noexcept = default;
+ConstrainedVelocity& ConstrainedVelocity::operator=(ConstrainedVelocity&&) noexcept = default;
+
+const ArmBodies& ConstrainedVelocity::bodies() const { return impl_->bodies; }
+
+void ConstrainedVelocity::SetExtraFields(std::vector<FieldConstraint> fields) {
+  Impl& s = *impl_;
+  s.fields.resize(s.fixed_fields);
+  s.names.resize(static_cast<size_t>(s.first_field) + s.fixed_fields);
+  for (FieldConstraint& field : fields) {
+    s.names.push_back(field.name);
+    const int size = field.function->size();
+    s.fields.push_back({std::move(field), Eigen::MatrixXd(size, 12), Eigen::VectorXd(size)});
+  }
+  s.SetRoom();
+}
+
+void ConstrainedVelocity::Allow(const std::vector<std::pair<int, int>>& pairs) {
+  for (Impl::Pair& pair : impl_->pairs) {
+    pair.allowed = std::any_of(pairs.begin(), pairs.end(), [&](const std::pair<int, int>& allowed) {
+      return allowed == std::pair{pair.a, pair.b} || allowed == std::pair{pair.b, pair.a};
+    });
+  }
+}
+
+void ConstrainedVelocity::Hold(int object) { impl_->bodies.Hold(object); }
+void ConstrainedVelocity::Release() { impl_->bodies.Release(); }
+
+const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, const Goal* goal) {
+  Impl& s = *impl_;
+  s.flags = {};
+  s.num_rows = 0;
+  s.error_m = s.error_rad = 0;
+  if (!s.TakeInput(input)) {
+    s.Fault();
+    return s.qdot;
+  }
+  s.H = 2 * s.options.damping * Eigen::MatrixXd::Identity(s.n, s.n);
+  s.g.setZero();
+  if (goal != nullptr) s.AddGoal(*goal);
+  if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);
+  s.AddPairRows();
+  for (size_t i = 0; i < s.fields.size(); ++i) {
+    s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
+  }
+  s.SetBounds();
+  s.Solve();
+  return s.qdot;
+}
+
+const VelocityFlags& ConstrainedVelocity::flags() const { return impl_->flags; }
+int ConstrainedVelocity::num_rows() const { return impl_->num_rows; }
+double ConstrainedVelocity::error_m() const { return impl_->error_m; }
+double ConstrainedVelocity::error_rad() const { return impl_->error_rad; }
+int ConstrainedVelocity::num_constraints() const { return static_cast<int>(impl_->names.size()); }
+const std::string& ConstrainedVelocity::constraint_name(int index) const {
+  return impl_->names[static_cast<size_t>(index)];
+}
+const ConstrainedVelocity::Row& ConstrainedVelocity::row(int index) const {
+  return impl_->rows[static_cast<size_t>(index)];
+}
+Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const {
+  return Eigen::Map<const Eigen::RowVectorXd>(impl_->jacobians.data() + index * impl_->n, impl_->n);
+}
+
+}  // namespace tether::control

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tether/control/constrained_velocity.h"
+#include "tether/control/constraint_spec.h"
+#include "tether/scene/scene.h"
+
+namespace tether::execution {
+
+/// The scene as the velocity controller sees it: objects by number, frames hung on them.
+class ControlScene {
+ public:
+  /// `robot` is the acting one's name.
+  ControlScene(const scene::Scene& scene, const std::string& robot);
+
+  const std::vector<control::Solid>& solids() const { return solids_; }
+  const math::Pose& X_WBase() const { return X_WBase_; }
+  /// Number of an object; −1 for other names.
+  int ObjectIndex(const std::string& name) const;
+  /// A frame by name, as a target: what hangs on an object moves with that. "r/base" is a robot's base.
+  control::Frame Target(const std::string& name) const;
+  /// The object that a frame hangs on, or itself; empty for what hangs on the world.
+  std::string SupportOf(const std::string& name) const;
+
+ private:
+  const scene::Scene& scene_;
+  std::vector<control::Solid> solids_;
+  std::map<std::string, int> index_;
+  math::Pose X_WBase_;
+};
+
+/// A scenario's constraints, ready for the controller.
+struct BuiltConstraints {
+  std::vector<control::ClearanceConstraint> clearances;
+  std::vector<control::FieldConstraint> fields;
+  double joint_margin = 0;  ///< rad
+};
+
+/// `bodies` numbers the arm's bodies. Names must have been checked.
+BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& specs,
+                                  const ControlScene& scene, const control::ArmBodies& bodies, int last_link);
+
+/// One field: `outside` or `tilt`.
+control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const ControlScene& scene);
+
+}  // namespace tether::execution
