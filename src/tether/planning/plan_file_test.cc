@@ -52,6 +52,7 @@ Plan MakePlan() {
                   0.001,
                   0.1 / 3,
                   true,
+                  0.07,
                   "plane_distance",
                   ParseYaml("[tilt: {max: 1}]", "")};
   plan.steps.push_back(
