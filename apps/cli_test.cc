@@ -142,14 +142,36 @@ TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
   }
 }
 
-TEST(CliTest, TemporalGoalsAreSaidToBeUnsupported) {
+TEST(CliTest, ATemporalGoalNeedsADomain) {
   const std::string file = ::testing::TempDir() + "tether_cli_ltl.yaml";
   WriteFile(file,
             "format: tether.scenario/1\nobjects: {a: {shape: {sphere: 1}}}\ntask: {goal: {ltl: F(x)}}\n");
   const Outcome outcome = Tether("plan '" + file + "'");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("tether_cli_ltl.yaml:3:"));
-  EXPECT_THAT(outcome.err, HasSubstr("temporal goals are not supported yet"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("tether_cli_ltl.yaml:3:20: a temporal goal without a domain ('domain' and "
+                        "'problem' beside 'goal', or a scene with regions)"));
+}
+
+TEST(CliTest, ATemporalGoalTakesThePlaceOfTheScenarios) {
+  const auto best_cost = [](const std::string& options) {
+    const Outcome outcome = Tether("plan " + Scenario("stacking") + " --max-plans 1 --json - " + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return ParseYaml(outcome.out, "stdout").Find("plans")->items().at(0).Find("cost")->number();
+  };
+  EXPECT_NEAR(best_cost("--goal 'F(on(blue,amber) & on(coral,blue) & on(denim,coral))'"), best_cost(""),
+              1e-9);
+  const Outcome wrong = Tether("plan " + Scenario("stacking") + " --goal 'F on(blue,ambre)' --search astra");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--search: unknown 'astra' (did you mean 'astar'?"));
+  EXPECT_THAT(
+      Tether("plan " + Scenario("stacking") + " --goal 'F on(blue,ambre)'").err,
+      HasSubstr("formula:1:3: unknown proposition 'on(blue,ambre)': there is no object 'ambre' (did you "
+                "mean 'amber'?"));
+  const Outcome never =
+      Tether("plan " + Scenario("stacking") + " --goal 'F(on(blue,amber) & !on(blue,amber))'");
+  EXPECT_EQ(never.exit_code, 3);
+  EXPECT_THAT(never.out, HasSubstr("the formula is unsatisfiable"));
 }
 
 TEST(CliTest, AutomataAreForPeopleAndForTools) {
@@ -271,6 +293,9 @@ TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
   EXPECT_THAT(outcome.out,
               HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper takes"));
   EXPECT_EQ(Tether("plan '" + scenario + "' --max-actions 1").exit_code, 4) << "a depth limit proves nothing";
+  const Outcome temporal = Tether("plan '" + scenario + "' --goal 'F on(slab,cube)'");
+  EXPECT_EQ(temporal.exit_code, 3) << temporal.out << temporal.err;
+  EXPECT_THAT(temporal.out, HasSubstr("slab is 11.0 cm wide"));
 }
 
 TEST(CliTest, ADepthLimitIsGivingUp) {

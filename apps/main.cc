@@ -56,6 +56,15 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command
       .add_option("--time-limit", overrides.time_limit_s, "Planning stops after so many seconds; 0: no limit")
       ->type_name("S");
+  command.add_option("--goal", overrides.goal, "Temporal formula, in place of the scenario's goal")
+      ->type_name("FORMULA");
+  command.add_option("--semantics", overrides.semantics, "Of the temporal goal: cosafe (default) or ltlf")
+      ->type_name("NAME");
+  command
+      .add_option(
+          "--search", overrides.search,
+          "astar (default), dijkstra or bfs: action sequences cheapest first; greedy: some sequence, fast")
+      ->type_name("NAME");
   command
       .add_option("--max-iterations", overrides.max_iterations,
                   "Iterations of one solve of a candidate's key poses (default 1000)")
@@ -83,6 +92,7 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
   command->footer(R"(Examples:
   tether plan scenarios/workspace_reach.yaml
   tether plan scenarios/hanoi.yaml --max-actions 14 --solver nlopt
+  tether plan scenarios/stacking.yaml --goal 'F(on(coral,blue) & X F on(denim,amber))'
   tether plan scenarios/workspace_reach.yaml --json - | jq '.plans[0].actions'
   tether plan scenarios/workspace_reach.yaml --output plan.json --trace trace.json)");
   command->callback([&] {

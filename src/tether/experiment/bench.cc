@@ -3,6 +3,7 @@
 
 #include "tether/experiment/bench_control.h"
 #include "tether/experiment/bench_planning.h"
+#include "tether/experiment/bench_task.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/terminal.h"
@@ -136,6 +137,19 @@ int BenchControl(const BenchArguments& arguments) {
   return bench.unsolved == 0 && bench.max_kkt <= 1e-12 ? kExitSuccess : kExitFailed;
 }
 
+/// The task search on scenes with regions.
+int BenchTask(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  TaskBenchOptions options;
+  options.stop = arguments.stop;
+  terminal.Print(terminal.Dim("CPU time from formula and PDDL to the plan; a search gives up beyond " +
+                              std::to_string(options.max_states) + " states"));
+  const TaskBench bench =
+      BenchmarkTasks(options, [&](const TaskRow& row) { terminal.Print(TaskRowText(row)); });
+  WriteResult(arguments, WriteTaskBench(bench));
+  return bench.interrupted ? kExitInterrupted : kExitSuccess;
+}
+
 /// Options that would silently do nothing are mistakes.
 void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
@@ -157,17 +171,21 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
   return {{"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
           {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
           {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
-          {"control", "the QP solver of the control loop: time cold and warm, and residuals"}};
+          {"control", "the QP solver of the control loop: time cold and warm, and residuals"},
+          {"task",
+           "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {
   if (arguments.name == "planning") return BenchPlanning(arguments);
-  if (arguments.name == "table1" || arguments.name == "geometry" || arguments.name == "control") {
+  if (arguments.name == "table1" || arguments.name == "geometry" || arguments.name == "control" ||
+      arguments.name == "task") {
     RequireNoPlanningOptions(arguments);
   }
   if (arguments.name == "table1") return BenchTable1(arguments);
   if (arguments.name == "geometry") return BenchGeometry(arguments);
   if (arguments.name == "control") return BenchControl(arguments);
+  if (arguments.name == "task") return BenchTask(arguments);
   std::vector<std::string> names;
   for (const auto& [name, text] : BenchNames()) names.push_back(name);
   throw InputError("unknown benchmark '" + arguments.name + "'", SuggestFrom(arguments.name, names));

@@ -15,6 +15,7 @@
 #include "tether/planning/action_reader.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/plan_file.h"
+#include "tether/scene/region.h"
 
 namespace tether::experiment {
 namespace {
@@ -80,6 +81,7 @@ class GeometryCheck {
 
   void CheckInit() {
     const symbolic::Problem& problem = *scenario_.problem;
+    CheckRegions();
     const int on = problem.domain->FindPredicate("on");
     if (on < 0 || problem.domain->predicates[static_cast<size_t>(on)].parameters.size() != 2) return;
     std::vector<std::pair<std::string, std::string>> stated;
@@ -97,6 +99,24 @@ class GeometryCheck {
       if (std::find(stated.begin(), stated.end(), std::make_pair(a.name, b->name)) != stated.end()) continue;
       problems_.push_back("object '" + a.name + "' rests on '" + b->name + "', but :init of " + problem.file +
                           " does not say (on " + a.name + " " + b->name + ")");
+    }
+  }
+
+  /// Facts in(object, region) and in(object, group) against where the objects are.
+  void CheckRegions() {
+    const symbolic::Problem& problem = *scenario_.problem;
+    const int in = problem.domain->FindPredicate("in");
+    if (in < 0 || problem.domain->predicates[static_cast<size_t>(in)].parameters.size() != 2) return;
+    for (const symbolic::Fact& fact : problem.init) {
+      if (fact.predicate != in) continue;
+      const std::string& name = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
+      const std::string& area = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
+      const scene::Object* object = scene_.FindObject(name);
+      const bool is_area = scene_.FindRegion(area) != nullptr || scene_.groups.contains(area);
+      if (object == nullptr || !is_area || scene::IsIn(scene_, poses_, *object, area)) continue;
+      problems_.push_back(fact.where.ToString() + ": (in " + name + " " + area +
+                          ") disagrees with the scene: the footprint of '" + name + "' is not within '" +
+                          area + "', or it does not stand there");
     }
   }
 
@@ -202,8 +222,13 @@ class FileChecker {
       const auto task = symbolic::Task::Ground(scenario.problem);
       check.notes.push_back(std::to_string(task->actions().size()) + " ground actions, " +
                             std::to_string(task->atoms().size()) + " atoms that change");
-    } else if (!scenario.task.ltl.empty()) {
-      check.notes.push_back("a temporal goal");
+      if (scenario.goal) {
+        const task::Product product(task, scenario.goal);  // throws where it names what does not exist
+        check.notes.push_back("a temporal goal");
+        if (product.IsUnsatisfiable())
+          check.problems.push_back(scenario.goal->where.ToString() +
+                                   ": the goal can't be reached: " + task::kUnsatisfiable);
+      }
     }
     scenarios_.push_back(std::move(scenario));
   }
@@ -269,16 +294,24 @@ class FileChecker {
   static void CheckGoal(const Scenario& scenario, const planning::Plan& plan, FileCheck& check) {
     if (scenario.problem == nullptr) return;
     const auto task = symbolic::Task::Ground(scenario.problem);
-    symbolic::State state = task->initial_state();
+    task::Product product(task, scenario.goal);
+    std::optional<symbolic::State> state = product.Start();
     for (const std::string& name : plan.actions) {
+      if (!state) break;
       const int action = task->FindAction(name);
-      if (action < 0 || !task->IsApplicable(action, state)) {
+      if (action < 0 || !task->IsApplicable(action, *state)) {
         check.problems.push_back("action " + name + " is not possible where it stands in the plan");
         return;
       }
-      state = task->Apply(action, state);
+      symbolic::State next(product.words());
+      if (product.Apply(action, *state, next)) {
+        state = std::move(next);
+      } else {
+        state.reset();
+      }
     }
-    if (!task->IsGoal(state)) check.problems.push_back("the plan's actions do not reach the goal");
+    if (!state || !product.IsGoal(*state))
+      check.problems.push_back("the plan's actions do not reach the goal");
   }
 
   Diagnostics& diagnostics_;

@@ -74,9 +74,14 @@ Loaded Load(const std::string& path) {
 planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
                                     const Terminal& terminal) {
   terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
-                 terminal.Dim(nlp::ToString(problem.program.backend) + ", up to " +
-                              std::to_string(problem.search.max_actions) + " actions, seed " +
-                              std::to_string(problem.search.seed)));
+                 terminal.Dim(nlp::ToString(problem.program.backend) +
+                              (problem.search.max_actions > 0
+                                   ? ", up to " + std::to_string(problem.search.max_actions) + " actions"
+                                   : "") +
+                              ", seed " + std::to_string(problem.search.seed)));
+  if (problem.goal)
+    terminal.Print("  " + problem.goal->formula.ToString() +
+                   terminal.Dim("  " + ToString(problem.goal->semantics)));
   int number = 0;
   planning::PlanReport report =
       planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {

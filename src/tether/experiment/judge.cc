@@ -4,6 +4,7 @@
 
 #include "tether/experiment/contact.h"
 #include "tether/geometry/query.h"
+#include "tether/scene/region.h"
 
 namespace tether::experiment {
 namespace {
@@ -98,39 +99,88 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
   return FindResting(*a, truth.X_WO.at(upper), *b, truth.X_WO.at(lower)).Holds(kContact);
 }
 
-Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
-                    const std::vector<std::string>& actions, int actions_done) {
+bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area) {
+  const scene::Object* body = scene.FindObject(object);
+  return body != nullptr && !IsInHand(scene, truth, object) && scene::IsIn(scene, truth.X_WO, *body, area);
+}
+
+namespace {
+
+/// The symbolic state after the first `actions_done` actions.
+symbolic::State StateAfter(const symbolic::Task& task, const std::vector<std::string>& actions,
+                           int actions_done) {
   symbolic::State state = task.initial_state();
   for (int i = 0; i < actions_done && i < static_cast<int>(actions.size()); ++i) {
     const int action = task.FindAction(actions[static_cast<size_t>(i)]);
     if (action >= 0 && task.IsApplicable(action, state)) state = task.Apply(action, state);
   }
-  const symbolic::Problem& problem = task.problem();
+  return state;
+}
+
+GoalFact JudgeAtom(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
+                   const symbolic::Atom& atom, const symbolic::State& state) {
+  GoalFact fact;
+  fact.atom = task.AtomName(atom);
+  const std::string& predicate = task.domain().predicates[static_cast<size_t>(atom.predicate)].name;
+  std::vector<std::string> names;
+  for (int argument : atom.arguments)
+    names.push_back(task.problem().objects[static_cast<size_t>(argument)].name);
+  const bool of_body = !names.empty() && scene.FindObject(names[0]) != nullptr;
+  fact.geometric = true;
+  if (predicate == "on" && names.size() == 2 && of_body && scene.FindObject(names[1]) != nullptr) {
+    fact.holds = IsOn(scene, truth, names[0], names[1]);
+  } else if (predicate == "in" && names.size() == 2 && of_body &&
+             (scene.FindRegion(names[1]) != nullptr || scene.groups.contains(names[1]))) {
+    fact.holds = IsIn(scene, truth, names[0], names[1]);
+  } else if (predicate == "inhand" && names.size() == 1 && of_body) {
+    fact.holds = IsInHand(scene, truth, names[0]);
+  } else {
+    fact.geometric = false;
+    fact.holds = task.Holds(atom, state);
+  }
+  return fact;
+}
+
+}  // namespace
+
+Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
+                    const std::vector<std::string>& actions, int actions_done) {
+  const symbolic::State state = StateAfter(task, actions, actions_done);
   Judgement judgement;
   const auto holds = [&](const symbolic::Atom& atom) {
-    GoalFact fact;
-    fact.atom = task.AtomName(atom);
-    const std::string& predicate = problem.domain->predicates[static_cast<size_t>(atom.predicate)].name;
-    std::vector<std::string> names;
-    for (int argument : atom.arguments) names.push_back(problem.objects[static_cast<size_t>(argument)].name);
-    const bool bodies = std::all_of(names.begin(), names.end(), [&](const std::string& name) {
-      return scene.FindObject(name) != nullptr;
-    });
-    if (predicate == "on" && names.size() == 2 && bodies) {
-      fact.geometric = true;
-      fact.holds = IsOn(scene, truth, names[0], names[1]);
-    } else if (predicate == "inhand" && names.size() == 1 && bodies) {
-      fact.geometric = true;
-      fact.holds = IsInHand(scene, truth, names[0]);
-    } else {
-      fact.holds = task.Holds(atom, state);
-    }
+    const GoalFact fact = JudgeAtom(scene, truth, task, atom, state);
     const auto same = [&](const GoalFact& other) { return other.atom == fact.atom; };
     if (std::none_of(judgement.facts.begin(), judgement.facts.end(), same)) judgement.facts.push_back(fact);
     return fact.holds;
   };
-  judgement.goal_reached = Evaluator(problem, holds).Evaluate(problem.goal);
+  judgement.goal_reached = Evaluator(task.problem(), holds).Evaluate(task.problem().goal);
   return judgement;
 }
+
+TemporalJudge::TemporalJudge(const scene::Scene& scene, const symbolic::Task& task,
+                             const task::TemporalGoal& goal)
+    : scene_(scene),
+      task_(task),
+      propositions_(task::Propositions::Resolve(task, goal)),
+      automaton_(goal.formula, goal.semantics) {}
+
+void TemporalJudge::Observe(const Truth& truth, const std::vector<std::string>& actions) {
+  const symbolic::State state = StateAfter(task_, actions, letters_++);
+  ltl::Letter letter(automaton_.letter_words(), 0);
+  facts_.clear();
+  for (int proposition : automaton_.RelevantAtoms(state_)) {
+    const auto i = static_cast<size_t>(proposition);
+    bool holds = propositions_[i] == task::Propositions::kAlways;
+    if (propositions_[i] >= 0) {
+      facts_.push_back(
+          JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(propositions_[i])], state));
+      holds = facts_.back().holds;
+    }
+    if (holds) letter[i / 64] |= uint64_t{1} << (i % 64);
+  }
+  state_ = automaton_.Step(state_, ltl::LetterView(letter));
+}
+
+Judgement TemporalJudge::Judge() const { return {automaton_.IsAccepting(state_), facts_}; }
 
 }  // namespace tether::experiment

@@ -7,6 +7,7 @@
 
 #include "tether/scene/scene.h"
 #include "tether/symbolic/task.h"
+#include "tether/task/product.h"
 
 namespace tether::experiment {
 
@@ -41,10 +42,36 @@ bool IsInHand(const scene::Scene& scene, const Truth& truth, const std::string& 
 /// above it.
 bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& upper, const std::string& lower);
 
-/// Judges the problem's goal. The predicates `on` (of two objects) and `inhand` (of one) are taken from
-/// geometry; all others keep the symbolic value that they have after the plan's first `actions_done` actions,
-/// applied to the initial state.
+/// Whether `object` is in a region, or in one of a group, and nothing holds it.
+bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area);
+
+/// Judges the problem's goal. The predicates `on` (of two objects), `in` (of an object and a region or group)
+/// and `inhand` (of an object) are taken from geometry; all others keep the symbolic value that they have
+/// after the plan's first `actions_done` actions, applied to the initial state.
 Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
                     const std::vector<std::string>& actions, int actions_done);
+
+/// Judges a temporal goal as a plan is executed: the word that it reads has one letter for the start and one
+/// for the end of each action. Propositions are judged as JudgeGoal() judges atoms.
+class TemporalJudge {
+ public:
+  /// The first two must outlive the judge. Throws InputError if the goal names what does not exist.
+  TemporalJudge(const scene::Scene& scene, const symbolic::Task& task, const task::TemporalGoal& goal);
+
+  /// The next letter: how things are at the start, or after the next of the plan's `actions`.
+  void Observe(const Truth& truth, const std::vector<std::string>& actions);
+  /// Whether the letters so far make the goal true. The facts are those of the last letter that the goal
+  /// asked for.
+  Judgement Judge() const;
+
+ private:
+  const scene::Scene& scene_;
+  const symbolic::Task& task_;
+  std::vector<int> propositions_;
+  ltl::LazyAutomaton automaton_;
+  int state_ = ltl::LazyAutomaton::initial();
+  int letters_ = 0;
+  std::vector<GoalFact> facts_;
+};
 
 }  // namespace tether::experiment

@@ -4,7 +4,9 @@
 
 #include "tether/experiment/contact.h"
 #include "tether/experiment/problem.h"
+#include "tether/experiment/region_domain.h"
 #include "tether/experiment/test_scenarios.h"
+#include "tether/ltl/parser.h"
 
 namespace tether::experiment {
 namespace {
@@ -99,6 +101,64 @@ TEST_F(JudgeTest, DisjunctiveGoalsLookAtEveryAtom) {
   EXPECT_EQ(JudgeGoal(hanoi.scene, truth, *task, {}, 0).facts.size(), 4u);
   for (const char* box : {"box_1", "box_2", "box_3"}) truth.X_WO[box].p.y() += 0.2;
   EXPECT_TRUE(JudgeGoal(hanoi.scene, truth, *task, {}, 0).goal_reached);
+}
+
+/// A cup that is carried from one place to another.
+class TemporalJudgeTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scene::Object cup;
+    cup.name = "cup";
+    cup.shape = geometry::Shape(geometry::Box{Eigen::Vector3d(0.04, 0.04, 0.1)});
+    cup.mass = 0.1;
+    cup.X_ParentObject.p = {0, 0, 0.05};
+    scene_.objects.push_back(cup);
+    for (const auto& [name, x] : {std::pair("a", 0.0), std::pair("b", 0.5), std::pair("c", 1.0)}) {
+      scene::Region region;
+      region.name = name;
+      region.form = scene::Disc{0.06};
+      region.X_ParentRegion.p.x() = x;
+      region.capacity = 1;
+      scene_.regions.push_back(region);
+    }
+    scene_.regions.emplace_back().name = "hub";
+    scene_.regions.back().form = scene::Disc{0.1};
+    scene_.regions.back().hub = true;
+    scene_.groups["ends"] = {"a", "c"};
+    Diagnostics none;
+    task_ = symbolic::Task::Ground(MakeRegionProblem(scene_, {}, {}, none));
+    truth_.contact_force = [this](const std::string&, const std::string&) { return held_ ? 20.0 : 0.0; };
+  }
+
+  bool Judge(const std::string& formula, const std::vector<std::pair<double, bool>>& course,
+             ltl::Semantics semantics = ltl::Semantics::kCosafe) {
+    TemporalJudge judge(scene_, *task_, {ltl::ParseFormula(formula), semantics, {}});
+    for (const auto& [x, held] : course) {
+      held_ = held;
+      truth_.X_WO["cup"] = math::Pose(Eigen::Vector3d(x, 0, 0.05));
+      truth_.X_WHand["arm"] = held ? truth_.X_WO["cup"] : math::Pose(Eigen::Vector3d(0, 0, 5));
+      judge.Observe(truth_, {});
+    }
+    return judge.Judge().goal_reached;
+  }
+
+  scene::Scene scene_;
+  std::shared_ptr<const symbolic::Task> task_;
+  Truth truth_;
+  bool held_ = false;
+};
+
+TEST_F(TemporalJudgeTest, TheCourseCountsNotOnlyItsEnd) {
+  const std::vector<std::pair<double, bool>> there_and_back = {
+      {0, false}, {0, true}, {0.5, true}, {0.5, false}, {0.5, true}, {0, true}, {0, false}};
+  EXPECT_TRUE(Judge("F(in(cup,b) & X F in(cup,a))", there_and_back));
+  EXPECT_TRUE(Judge("F(in(cup,b) & X F in(cup,ends))", there_and_back));
+  EXPECT_FALSE(Judge("F(in(cup,b) & X F in(cup,c))", there_and_back));
+  EXPECT_FALSE(Judge("F in(cup,b)", {{0, false}, {0.5, true}})) << "held, not placed";
+  EXPECT_FALSE(Judge("F in(cup,b)", {{0, false}, {0.6, false}})) << "beside it";
+  EXPECT_TRUE(Judge("G !in(cup,c)", there_and_back, ltl::Semantics::kLtlf));
+  EXPECT_FALSE(Judge("G !in(cup,b)", there_and_back, ltl::Semantics::kLtlf));
+  EXPECT_TRUE(Judge("F inhand(cup)", there_and_back));
 }
 
 }  // namespace

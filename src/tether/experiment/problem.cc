@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <thread>
 
+#include "tether/common/log.h"
+#include "tether/experiment/automaton.h"
+#include "tether/ltl/cosafe.h"
+#include "tether/ltl/parser.h"
+#include "tether/planning/relaxed.h"
 #include "tether/robot/model.h"
 
 namespace tether::experiment {
@@ -43,7 +48,49 @@ void CheckOverrides(const PlanningOverrides& overrides) {
   diagnostics.ThrowIfAny();
 }
 
+/// The goal in place of the problem's, if there is one.
+std::optional<task::TemporalGoal> ChooseGoal(const Scenario& scenario, const PlanningOverrides& overrides) {
+  if (!overrides.goal.empty())
+    return ReadTemporalGoal(overrides.goal, overrides.semantics.empty() ? "cosafe" : overrides.semantics);
+  if (overrides.semantics.empty()) return scenario.goal;
+  if (!scenario.goal) {
+    throw InputError("--semantics is of no use without a temporal goal", "--goal FORMULA");
+  }
+  task::TemporalGoal goal = *scenario.goal;
+  goal.semantics = ReadSemantics(overrides.semantics);
+  ltl::RequireSemantics(goal.formula, goal.semantics, goal.where);
+  return goal;
+}
+
+planning::SearchMethod ChooseSearch(const std::string& name) {
+  if (name.empty()) return planning::SearchMethod::kAstar;
+  const auto found = std::find(SearchNames().begin(), SearchNames().end(), name);
+  if (found == SearchNames().end())
+    throw InputError("--search: unknown '" + name + "'", SuggestFrom(name, SearchNames()));
+  return static_cast<planning::SearchMethod>(found - SearchNames().begin());
+}
+
+/// Some action of the domain has steps that any pose in a region will do for.
+bool HasRelaxedActions(const Scenario& scenario) {
+  if (scenario.problem == nullptr) return false;
+  return std::any_of(scenario.actions.begin(), scenario.actions.end(), [&](const auto& action) {
+    return planning::IsRelaxed(action) && scenario.problem->domain->FindAction(action.name) >= 0;
+  });
+}
+
 }  // namespace
+
+const std::vector<std::string>& SearchNames() {
+  static const std::vector<std::string> names = {"astar", "greedy", "dijkstra", "bfs"};
+  return names;
+}
+
+task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::string& semantics) {
+  task::TemporalGoal goal{ltl::ParseFormula(formula), ReadSemantics(semantics), {}};
+  for (const Diagnostic& warning : SemanticsWarnings(goal.formula, goal.semantics))
+    LogWarning(warning.ToString());
+  return goal;
+}
 
 const scene::Robot* ActingRobot(const scene::Scene& scene) {
   return scene.robots.empty() ? nullptr : &scene.robots.front();
@@ -51,12 +98,13 @@ const scene::Robot* ActingRobot(const scene::Scene& scene) {
 
 std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario) {
   const Location where = scenario.task.where.line > 0 ? scenario.task.where : Location{scenario.path, 0, 0};
-  if (!scenario.task.ltl.empty()) {
-    throw InputError({{where, "temporal goals are not supported yet", "a PDDL domain, problem and goal"}});
+  if (scenario.problem == nullptr && !scenario.task.ltl.empty()) {
+    throw InputError(
+        {{where, "the scenario has no actions", "actions: [regions], for a scene with regions"}});
   }
   if (scenario.problem == nullptr) {
-    throw InputError(
-        {{where, "the scenario has no task", "'task' with 'domain' and 'problem', two PDDL files"}});
+    throw InputError({{where, "the scenario has no task",
+                       "'task' with 'domain' and 'problem', two PDDL files, or with a goal and regions"}});
   }
   return symbolic::Task::Ground(scenario.problem);
 }
@@ -76,9 +124,15 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.program.home = settings.home;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;
+  problem.goal = ChooseGoal(scenario, overrides);
+  problem.search.method = ChooseSearch(overrides.search);
+  problem.search.cheapest_only = HasRelaxedActions(scenario);
+  problem.search.max_actions = overrides.max_actions.value_or(
+      scenario.task.max_actions.value_or(problem.search.cheapest_only ? 0 : kMaxActions));
   problem.program.solver.max_iterations = overrides.max_iterations.value_or(settings.max_iterations);
-  problem.search.max_actions = overrides.max_actions.value_or(scenario.task.max_actions);
   problem.search.max_plans = overrides.max_plans.value_or(settings.max_plans);
+  const bool one = problem.search.cheapest_only || problem.search.method == planning::SearchMethod::kGreedy;
+  if (one && problem.search.max_plans == 0) problem.search.max_plans = 1;
   problem.search.time_limit_s = overrides.time_limit_s.value_or(settings.time_limit_s);
   const int threads = overrides.threads.value_or(settings.threads);
   problem.search.threads =

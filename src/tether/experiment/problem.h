@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tether/experiment/scenario.h"
 #include "tether/planning/problem.h"
@@ -14,6 +15,10 @@ namespace tether::experiment {
 /// What the command line may say about planning; each overrides the scenario's key of the same meaning.
 struct PlanningOverrides {
   std::string solver;  ///< Empty: the scenario's.
+  std::string goal;    ///< Temporal formula; empty: the scenario's goal.
+  std::string
+      semantics;  ///< Of the formula, the scenario's if `goal` is empty: cosafe or ltlf. Empty: as it is.
+  std::string search;  ///< One of SearchNames(); empty: astar.
   std::optional<int> max_actions;
   std::optional<int> max_plans;
   std::optional<uint64_t> seed;
@@ -26,10 +31,16 @@ struct PlanningOverrides {
 };
 
 /// A scenario made ready for planning. `scene` is where things stand: the scenario's own scene, or a
-/// perturbed one. Throws InputError for what can't be planned: a temporal goal, a scenario without a task, a
-/// wrong override.
+/// perturbed one. Throws InputError for what can't be planned: a scenario without a task, a wrong override.
 planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scene,
                               const PlanningOverrides& overrides);
+
+/// "astar", "greedy", "dijkstra" and "bfs", in the order of planning::SearchMethod.
+const std::vector<std::string>& SearchNames();
+
+/// A temporal formula from the command line. Throws InputError if it can't be read; logs what is allowed and
+/// probably not meant.
+task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::string& semantics);
 
 /// The scenario's grounded PDDL problem. Throws InputError if it has none.
 std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario);

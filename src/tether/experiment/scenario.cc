@@ -4,8 +4,12 @@
 #include <filesystem>
 #include <set>
 
+#include "tether/common/log.h"
 #include "tether/constraints/kind.h"
+#include "tether/experiment/region_domain.h"
 #include "tether/experiment/scene_reader.h"
+#include "tether/ltl/cosafe.h"
+#include "tether/ltl/parser.h"
 #include "tether/planning/action_reader.h"
 
 namespace tether::experiment {
@@ -76,8 +80,11 @@ class ScenarioParser {
     SceneReading reading = ReadScene(reader, folder_);
     scenario_.scene = std::move(reading.scene);
     scenario_.models = std::move(reading.models);
-    if (const Value* actions = reader.Optional("actions"))
+    where_ = std::move(reading.where);
+    if (const Value* actions = reader.Optional("actions")) {
+      has_actions_ = true;
       ReadLibraries(reader.TextList("actions"), *actions);
+    }
     if (const Value* task = reader.Optional("task")) ReadTask(*task);
     if (const Value* constraints = reader.Optional("constraints")) ReadGlobalConstraints(*constraints);
     if (const Value* planning = reader.Optional("planning")) ReadPlanning(*planning);
@@ -188,7 +195,8 @@ class ScenarioParser {
     const Value* domain = reader.Optional("domain");
     const Value* problem = reader.Optional("problem");
     const Value* goal = reader.Optional("goal");
-    task.max_actions = ReadCount(reader, "max_actions", task.max_actions, 1, "a whole number above zero");
+    if (reader.Optional("max_actions") != nullptr)
+      task.max_actions = ReadCount(reader, "max_actions", kMaxActions, 1, "a whole number above zero");
     reader.Finish();
     if ((domain == nullptr) != (problem == nullptr)) {
       diagnostics_.Add(value.where(), std::string("'task' has no '") + (domain ? "problem" : "domain") + "'",
@@ -196,13 +204,17 @@ class ScenarioParser {
     }
     if (domain != nullptr) task.domain = ExistingFile(*domain, "'domain' of 'task'");
     if (problem != nullptr) task.problem = ExistingFile(*problem, "'problem' of 'task'");
-    if (!task.domain.empty() && !task.problem.empty()) {
-      try {
+    try {
+      if (!task.domain.empty() && !task.problem.empty()) {
         scenario_.problem = ReadProblem(task.domain, task.problem);
         CheckProblem();
-      } catch (const InputError& error) {
-        diagnostics_.Add(error);
+      } else if (domain == nullptr && problem == nullptr && goal != nullptr && has_actions_ &&
+                 !scenario_.scene.regions.empty()) {
+        scenario_.problem = MakeRegionProblem(scenario_.scene, where_, task.where, diagnostics_);
+        if (scenario_.problem != nullptr) CheckActions();
       }
+    } catch (const InputError& error) {
+      diagnostics_.Add(error);
     }
     if (goal != nullptr) {
       ReadGoal(*goal);
@@ -217,7 +229,12 @@ class ScenarioParser {
     return symbolic::ParseProblem(TextOf(problem), problem, symbolic::ParseDomain(TextOf(domain), domain));
   }
 
+  /// `{pddl: (…)}`, `{ltl: …, semantics: …}`, or a temporal formula alone.
   void ReadGoal(const Value& value) {
+    if (value.is_scalar()) {
+      ReadFormula(value, "'goal' of 'task'");
+      return;
+    }
     ObjectReader reader(value, "'goal' of 'task'", diagnostics_);
     const Value* pddl = reader.Optional("pddl");
     const Value* ltl = reader.Optional("ltl");
@@ -227,14 +244,11 @@ class ScenarioParser {
       diagnostics_.Add(value.where(), "'goal' of 'task' needs one formula", "pddl: (…) or ltl: …");
       return;
     }
-    if (ltl != nullptr) scenario_.task.ltl = ReadText(*ltl, "'ltl' of 'goal'", diagnostics_);
+    if (ltl != nullptr) ReadFormula(*ltl, "'ltl' of 'goal'");
     if (pddl == nullptr) return;
     const std::string text = ReadText(*pddl, "'pddl' of 'goal'", diagnostics_);
     if (scenario_.problem == nullptr) {
-      if (scenario_.task.domain.empty() && value.Find("pddl") != nullptr && diagnostics_.empty()) {
-        diagnostics_.Add(pddl->where(), "a PDDL goal without a domain",
-                         "'domain' and 'problem' beside 'goal'");
-      }
+      NeedDomain("a PDDL goal", pddl->where());
       return;
     }
     try {
@@ -244,7 +258,35 @@ class ScenarioParser {
     }
   }
 
-  /// Every PDDL object has a body or a region, every PDDL action a geometry.
+  void ReadFormula(const Value& value, const std::string& what) {
+    Task& task = scenario_.task;
+    task.ltl = ReadText(value, what, diagnostics_);
+    if (task.ltl.empty()) return;
+    try {
+      const ltl::Semantics semantics =
+          task.semantics == "ltlf" ? ltl::Semantics::kLtlf : ltl::Semantics::kCosafe;
+      scenario_.goal =
+          task::TemporalGoal{ltl::ParseFormula(task.ltl, value.where()), semantics, value.where()};
+      ltl::RequireSemantics(scenario_.goal->formula, semantics, value.where());
+      for (const Diagnostic& warning :
+           ltl::SemanticsWarnings(scenario_.goal->formula, semantics, value.where())) {
+        LogWarning(warning.ToString());
+      }
+    } catch (const InputError& error) {
+      diagnostics_.Add(error);
+    }
+    if (scenario_.problem == nullptr) NeedDomain("a temporal goal", value.where());
+  }
+
+  void NeedDomain(const std::string& goal, const Location& where) {
+    if (!scenario_.task.domain.empty() || !diagnostics_.empty()) return;
+    // A scene with regions only lacks actions; nobody has to plan it.
+    if (!scenario_.scene.regions.empty() && !has_actions_) return;
+    diagnostics_.Add(where, goal + " without a domain",
+                     "'domain' and 'problem' beside 'goal', or a scene with regions");
+  }
+
+  /// Every PDDL object has a body or a region.
   void CheckProblem() {
     const symbolic::Problem& problem = *scenario_.problem;
     std::vector<std::string> bodies;
@@ -258,6 +300,14 @@ class ScenarioParser {
                        "PDDL object '" + object.name + "' is nothing in the scene " + scenario_.path,
                        SuggestFrom(object.name, bodies));
     }
+    CheckActions();
+  }
+
+  /// Every PDDL action has a geometry.
+  void CheckActions() {
+    const symbolic::Problem& problem = *scenario_.problem;
+    // Of the supplied domain nobody has seen a line.
+    const bool supplied = scenario_.task.domain.empty();
     std::vector<std::string> known;
     for (const planning::ActionSchema& action : scenario_.actions) known.push_back(action.name);
     for (const symbolic::Action& action : problem.domain->actions) {
@@ -266,11 +316,13 @@ class ScenarioParser {
       if (found == scenario_.actions.end()) {
         // A library that could not be read may hold it.
         if (!libraries_read_) continue;
-        diagnostics_.Add(action.where, "action '" + action.name + "' has no geometry",
-                         known.empty() ? "an action library under 'actions' of " + scenario_.path
-                                       : SuggestFrom(action.name, known));
+        diagnostics_.Add(supplied ? scenario_.task.where : action.where,
+                         "action '" + action.name + "' has no geometry",
+                         supplied        ? "actions: [regions], or 'domain' and 'problem' of the task"
+                         : known.empty() ? "an action library under 'actions' of " + scenario_.path
+                                         : SuggestFrom(action.name, known));
       } else if (found->parameters.size() != action.parameters.size()) {
-        diagnostics_.Add(action.where,
+        diagnostics_.Add(supplied ? found->where : action.where,
                          "action '" + action.name + "' has " + std::to_string(action.parameters.size()) +
                              " parameters, but its geometry (" + found->where.ToString() + ") has " +
                              std::to_string(found->parameters.size()),
@@ -365,7 +417,9 @@ class ScenarioParser {
 
   const std::map<std::string, std::string>& files_;
   std::string folder_;
-  bool libraries_read_ = true;  ///< None of those named is missing or broken.
+  std::map<std::string, Location> where_;  ///< Where the scene's names were written.
+  bool has_actions_ = false;               ///< There is a list of libraries.
+  bool libraries_read_ = true;             ///< None of those named is missing or broken.
   Diagnostics diagnostics_;
   Scenario scenario_;
 };

@@ -13,19 +13,25 @@
 #include "tether/robot/model.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/pddl.h"
+#include "tether/task/product.h"
 
 namespace tether::experiment {
 
 /// The `format` of a scenario.
 inline constexpr const char* kScenarioFormat = "tether.scenario/1";
 
-/// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem.
+/// The longest plan that is considered where the scenario does not say.
+inline constexpr int kMaxActions = 20;
+
+/// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem, the
+/// temporal goal in Scenario::goal.
 struct Task {
-  std::string domain;                ///< Path of the PDDL domain; empty: none.
+  std::string domain;                ///< Path of the PDDL domain; empty: that of the scene's regions, if any.
   std::string problem;               ///< Path of the PDDL problem; empty: none.
   std::string ltl;                   ///< A temporal goal; empty: none.
   std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
-  int max_actions = 20;
+  /// None: kMaxActions, or no limit where plans have no poses to be optimised.
+  std::optional<int> max_actions;
   Location where;
 };
 
@@ -36,14 +42,14 @@ struct GlobalConstraint {
 };
 
 struct PlanningSettings {
-  std::string solver = "native";    ///< native, ipopt or nlopt.
-  double weight_translation = 0.5;  ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
-  double weight_rotation = 1.5;     ///< β, on θ² in rad².
-  bool home = true;                 ///< First and last key pose are the hand's start.
-  bool robot = true;                ///< Reach and grasp of the robot constrain the plan.
-  int max_plans = 0;                ///< Ends after so many candidates; 0: no limit.
-  int threads = 0;                  ///< 0: as many as there are processors.
-  double time_limit_s = 0;          ///< Wall clock; 0: no limit.
+  std::string solver = "native";                       ///< native, ipopt or nlopt.
+  double weight_translation = 0.5;                     ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
+  double weight_rotation = 1.5;                        ///< β, on θ² in rad².
+  bool home = true;                                    ///< First and last key pose are the hand's start.
+  bool robot = true;                                   ///< Reach and grasp of the robot constrain the plan.
+  int max_plans = 0;                                   ///< Ends after so many candidates; 0: no limit.
+  int threads = 0;                                     ///< 0: as many as there are processors.
+  double time_limit_s = 0;                             ///< Wall clock; 0: no limit.
   int max_iterations = nlp::Options().max_iterations;  ///< Of one solve.
 };
 
@@ -71,8 +77,9 @@ struct Scenario {
   scene::Scene scene;
   std::map<std::string, std::shared_ptr<const robot::Model>> models;  ///< By robot name.
   Task task;
-  std::shared_ptr<const symbolic::Problem>
-      problem;  ///< With the goal that counts; null without a PDDL domain.
+  /// With the goal that counts, unless that is temporal; null without a domain.
+  std::shared_ptr<const symbolic::Problem> problem;
+  std::optional<task::TemporalGoal> goal;  ///< In place of the problem's goal.
   std::vector<planning::ActionSchema> actions;
   std::vector<GlobalConstraint> constraints;
   PlanningSettings planning;

@@ -5,25 +5,20 @@
 #include <cstdio>
 #include <utility>
 
-#include "tether/common/log.h"
-#include "tether/experiment/automaton.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/plan_output.h"
+#include "tether/experiment/problem.h"
 #include "tether/experiment/terminal.h"
-#include "tether/ltl/cosafe.h"
-#include "tether/ltl/parser.h"
 #include "tether/task/greedy.h"
 
 namespace tether::experiment {
 namespace {
 
-const std::vector<std::string> kSearches = {"astar", "greedy", "dijkstra", "bfs"};
-
 void Validate(const TaskArguments& arguments) {
   Diagnostics mistakes;
-  if (std::find(kSearches.begin(), kSearches.end(), arguments.search) == kSearches.end()) {
+  if (std::find(SearchNames().begin(), SearchNames().end(), arguments.search) == SearchNames().end()) {
     mistakes.Add({}, "--search: unknown '" + arguments.search + "'",
-                 SuggestFrom(arguments.search, kSearches));
+                 SuggestFrom(arguments.search, SearchNames()));
   }
   if (arguments.max_plans < 0) {
     mistakes.Add({}, "--max-plans is " + std::to_string(arguments.max_plans), "1 or more, or 0 for all");
@@ -44,14 +39,6 @@ double Since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-std::optional<task::TemporalGoal> ReadGoal(const TaskArguments& arguments) {
-  if (arguments.goal.empty()) return std::nullopt;
-  task::TemporalGoal goal{ltl::ParseFormula(arguments.goal), ReadSemantics(arguments.semantics), {}};
-  for (const Diagnostic& warning : SemanticsWarnings(goal.formula, goal.semantics))
-    LogWarning(warning.ToString());
-  return goal;
-}
-
 std::string StatusName(const TaskReport& report) {
   if (report.ended == task::SearchStatus::kInterrupted) return "interrupted";
   if (!report.plans.empty()) return "solved";
@@ -65,6 +52,7 @@ int ExitCodeOf(const TaskReport& report) {
 }
 
 std::string Message(const TaskReport& report) {
+  if (report.unsatisfiable) return task::kUnsatisfiable;
   if (report.plans.empty() && report.ended == task::SearchStatus::kExhausted) {
     return "no sequence of actions reaches the goal";
   }
@@ -102,7 +90,8 @@ void Print(const TaskReport& report, const symbolic::Task& task, const Terminal&
 TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments) {
   Validate(arguments);
   TaskReport report;
-  const std::optional<task::TemporalGoal> goal = ReadGoal(arguments);
+  std::optional<task::TemporalGoal> goal;
+  if (!arguments.goal.empty()) goal = ReadTemporalGoal(arguments.goal, arguments.semantics);
   const auto begin = std::chrono::steady_clock::now();
   task::SearchLimits limits;
   limits.interrupted = arguments.stop;
@@ -111,6 +100,7 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
                                   std::chrono::duration<double>(std::min(arguments.time_limit_s, 1e9)));
   }
   auto product = std::make_unique<task::Product>(std::move(task), goal);
+  report.unsatisfiable = product->IsUnsatisfiable();
   if (arguments.search == "greedy") {
     task::GreedyResult result = FindGreedily(*product, limits);
     report.ended = result.status;

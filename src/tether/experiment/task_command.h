@@ -26,6 +26,7 @@ struct TaskArguments {
 /// What a task search found.
 struct TaskReport {
   task::SearchStatus ended = task::SearchStatus::kExhausted;  ///< Why there are not more plans.
+  bool unsatisfiable = false;                                 ///< The temporal goal holds of no word at all.
   bool complete = false;  ///< Nothing that was asked for is missing because of a limit.
   std::vector<task::Skeleton> plans;
   uint64_t expanded = 0, generated = 0;

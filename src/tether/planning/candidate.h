@@ -14,6 +14,7 @@ struct Verdict {
   CandidateReport report;
   /// So many of its first actions fail already, whatever comes after them; 0: that is not known.
   size_t failing_actions = 0;
+  bool failing_anywhere = false;     ///< The last of these fails by itself, whatever comes before it.
   std::shared_ptr<Optimum> optimum;  ///< What a feasible one is, ready to be optimised again; else null.
 };
 

@@ -4,11 +4,13 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/clearances.h"
 #include "tether/planning/hand_path.h"
+#include "tether/planning/relaxed.h"
 
 namespace tether::planning {
 namespace {
@@ -59,6 +61,34 @@ std::string CheckResult::Worst() const {
   return worst.action + ": " + worst.label + text;
 }
 
+namespace {
+
+/// Of a plan with relaxed actions, the key poses of the others, each from where things are at the start.
+CheckResult CheckRelaxedPlan(const Problem& problem, const std::vector<BoundStep>& steps, const Plan& plan) {
+  const SceneFacts facts(problem);
+  CheckResult all;
+  std::set<std::string> seen;
+  for (size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
+    bool relaxed = false;
+    std::vector<BoundStep> own;
+    std::vector<Pose> poses;
+    for (end = begin; end < steps.size() && steps[end].action_index == steps[begin].action_index; ++end) {
+      relaxed = relaxed || steps[end].schema.target_is_region;
+      own.push_back(steps[end]);
+      poses.push_back(plan.steps[end].X_TC);
+    }
+    if (relaxed || !seen.insert(steps[begin].action).second) continue;
+    const CheckResult one = CheckKeyPoses(facts, own, poses);
+    all.max_violation_m = std::max(all.max_violation_m, one.max_violation_m);
+    all.max_violation_rad = std::max(all.max_violation_rad, one.max_violation_rad);
+    all.findings.insert(all.findings.end(), one.findings.begin(), one.findings.end());
+  }
+  all.cost = plan.cost;
+  return all;
+}
+
+}  // namespace
+
 CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
   const std::vector<BoundStep> steps = BindSkeleton(problem, plan.actions);
   if (steps.size() != plan.steps.size()) {
@@ -81,6 +111,7 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
     }
     poses.push_back(step.X_TC);
   }
+  if (IsRelaxed(problem, plan.actions)) return CheckRelaxedPlan(problem, steps, plan);
   return CheckKeyPoses(SceneFacts(problem), steps, poses);
 }
 

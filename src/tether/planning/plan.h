@@ -17,6 +17,7 @@ struct PlanStep {
   std::string target;    ///< A frame: an object, or "world".
   math::Pose X_TC;       ///< Pose of the control frame in the target frame.
   std::vector<Verb> execute;
+  bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
 };
 
 /// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker

@@ -155,6 +155,7 @@ class PlanParser {
     std::string action;
     int action_index = 0;
     std::string control, target;
+    bool target_is_region = false;
   };
 
   /// The key poses that `actions` ask for, in order.
@@ -184,7 +185,8 @@ class PlanParser {
       }
       for (const std::string& argument : call.arguments) CheckFrame(argument, where, "in the plan's actions");
       for (const StepSchema& step : BindAction(*schema, call.arguments)) {
-        expected.push_back({actions[i], static_cast<int>(i), step.control, step.target});
+        expected.push_back(
+            {actions[i], static_cast<int>(i), step.control, step.target, step.target_is_region});
       }
     }
     return expected;
@@ -195,7 +197,8 @@ class PlanParser {
       const PlanStep& step = plan.steps[i];
       const Expected& wanted = expected[i];
       if (step.action == wanted.action && step.action_index == wanted.action_index &&
-          step.control == wanted.control && step.target == wanted.target)
+          step.control == wanted.control && step.target == wanted.target &&
+          step.target_is_region == wanted.target_is_region)
         continue;
       diagnostics_.Add(
           list.items()[i].where(),
@@ -221,16 +224,15 @@ class PlanParser {
                        "0 to " + std::to_string(plan.actions.size()));
     }
     step.control = ReadFrame(reader, "control");
-    step.target = ReadFrame(reader, "target");
-    step.X_TC.p = reader.Vector("position", Eigen::VectorXd::Zero(3));
-    if (const Value* quaternion = reader.Required("quaternion_wxyz", "four numbers")) {
-      const auto q = ReadVector(*quaternion, 4, "'quaternion_wxyz' of step", diagnostics_);
-      if (q && q->norm() < 1e-9) {
-        diagnostics_.Add(quaternion->where(), "'quaternion_wxyz' of step has length zero",
-                         "four numbers that are not all zero");
-      } else if (q) {
-        step.X_TC = math::Pose(Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]), step.X_TC.p);
+    step.target_is_region = value.Find("region") != nullptr;
+    step.target = ReadFrame(reader, step.target_is_region ? "region" : "target");
+    if (step.target_is_region) {
+      if (!step.target.empty() && scene_.FindRegion(step.target) == nullptr) {
+        diagnostics_.Add(value.Find("region")->where(), "'" + step.target + "' is no region",
+                         "a region, or 'target' with a pose");
       }
+    } else {
+      ReadPoseOf(reader, step);
     }
     if (const Value* execute = reader.Optional("execute")) {
       if (!execute->is_array()) {
@@ -242,6 +244,19 @@ class PlanParser {
     }
     reader.Finish();
     return step;
+  }
+
+  void ReadPoseOf(ObjectReader& reader, PlanStep& step) {
+    step.X_TC.p = reader.Vector("position", Eigen::VectorXd::Zero(3));
+    if (const Value* quaternion = reader.Required("quaternion_wxyz", "four numbers")) {
+      const auto q = ReadVector(*quaternion, 4, "'quaternion_wxyz' of step", diagnostics_);
+      if (q && q->norm() < 1e-9) {
+        diagnostics_.Add(quaternion->where(), "'quaternion_wxyz' of step has length zero",
+                         "four numbers that are not all zero");
+      } else if (q) {
+        step.X_TC = math::Pose(Eigen::Quaterniond((*q)[0], (*q)[1], (*q)[2], (*q)[3]), step.X_TC.p);
+      }
+    }
   }
 
   std::string ReadFrame(ObjectReader& reader, const std::string& key) {
@@ -289,8 +304,9 @@ Value Fingerprint(const scene::Scene& scene, const std::vector<ActionSchema>& ac
 Value WriteStep(const PlanStep& step, bool with_execution) {
   Value value = Value::Object();
   value.Set("action", step.action).Set("action_index", step.action_index);
-  value.Set("control", step.control).Set("target", step.target);
-  value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
+  value.Set("control", step.control).Set(step.target_is_region ? "region" : "target", step.target);
+  if (!step.target_is_region)
+    value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));

@@ -7,6 +7,7 @@
 
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
+#include "tether/planning/relaxed.h"
 #include "tether/planning/skeleton_source.h"
 
 namespace tether::planning {
@@ -33,7 +34,7 @@ class Planner {
         on_candidate_(on_candidate),
         limits_(problem.search),
         facts_(problem),
-        source_(task, problem.search) {}
+        source_(task, problem.goal, problem.search) {}
 
   PlanReport Run() {
     while (!limits_.Over() && !EnoughWithout(std::numeric_limits<double>::infinity())) {
@@ -62,21 +63,24 @@ class Planner {
 
   bool Refuted(const Candidate& candidate) const {
     return std::any_of(conflicts_.begin(), conflicts_.end(), [&](const task::Conflict& conflict) {
-      return BeginsWith(candidate.actions, conflict.prefix);
+      return conflict.anywhere ? std::find(candidate.actions.begin(), candidate.actions.end(),
+                                           conflict.prefix.back()) != candidate.actions.end()
+                               : BeginsWith(candidate.actions, conflict.prefix);
     });
   }
 
   std::future<Verdict> Begin(const Candidate& candidate) const {
     const auto policy = problem_.search.threads > 1 ? std::launch::async : std::launch::deferred;
     return std::async(policy, [this, names = ActionNames(task_, candidate.actions), index = candidate.index] {
-      return OptimizeCandidate(facts_, names, index, limits_);
+      return IsRelaxed(problem_, names) ? CheckRelaxed(facts_, names, index, limits_)
+                                        : OptimizeCandidate(facts_, names, index, limits_);
     });
   }
 
   void Optimize(const std::vector<std::vector<int>>& batch) {
     std::vector<Candidate> candidates;
     for (const std::vector<int>& actions : batch) {
-      const bool bounded = problem_.search.max_plans > 0;
+      const bool bounded = problem_.search.max_plans > 0 && !problem_.search.cheapest_only;
       candidates.push_back(
           {actions, next_index_++,
            bounded ? LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions))) : 0});
@@ -116,6 +120,8 @@ class Planner {
   void DealWith(const Candidate& candidate, Verdict verdict) {
     CandidateReport& report = verdict.report;
     report.bound = candidate.bound;
+    // Where no poses are to be compared, plans cost what their actions do.
+    if (problem_.search.cheapest_only) report.bound = report.plan.cost = CostOf(candidate.actions);
     if (report.feasible()) costs_.push_back(report.plan.cost);
     if (verdict.failing_actions > 0) {
       task::Conflict conflict;
@@ -123,6 +129,7 @@ class Planner {
                                                                     : task::Conflict::Kind::kGaveUp;
       const auto end = candidate.actions.begin() + static_cast<std::ptrdiff_t>(verdict.failing_actions);
       conflict.prefix = {candidate.actions.begin(), end};
+      conflict.anywhere = verdict.failing_anywhere;
       conflict.constraints = report.blocking;
       conflict.reason = report.reason;
       source_.AddConflict(conflict);
@@ -130,6 +137,12 @@ class Planner {
     }
     if (on_candidate_) on_candidate_(report);
     report_.candidates.push_back(std::move(report));
+  }
+
+  double CostOf(const std::vector<int>& actions) const {
+    int64_t cost = 0;
+    for (int action : actions) cost += task_.actions()[static_cast<size_t>(action)].cost;
+    return static_cast<double>(cost) * task_.cost_unit();
   }
 
   void Conclude();
@@ -154,7 +167,9 @@ void Planner::Conclude() {
   report_.optimize_s = report_.total_s - report_.search_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   const bool enough = EnoughWithout(std::numeric_limits<double>::infinity());
-  report_.complete = !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit);
+  const bool best_is_first = problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
+  report_.complete =
+      !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
@@ -166,9 +181,14 @@ void Planner::Conclude() {
     report_.status = PlanStatus::kInterrupted;
   } else if (all_seen && all_proved) {
     report_.status = PlanStatus::kImpossible;
-    report_.message = report_.candidates.empty() ? "no sequence of actions reaches the goal"
-                                                 : "every sequence of actions is geometrically impossible: " +
-                                                       report_.candidates.front().reason;
+    if (source_.search().product().IsUnsatisfiable()) {
+      report_.message = task::kUnsatisfiable;
+    } else if (report_.candidates.empty()) {
+      report_.message = "no sequence of actions reaches the goal";
+    } else {
+      report_.message =
+          "every sequence of actions is geometrically impossible: " + report_.candidates.front().reason;
+    }
   } else {
     report_.status = PlanStatus::kGaveUp;
     if (ended == task::SearchStatus::kDepthLimit && report_.candidates.empty()) {

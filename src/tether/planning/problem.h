@@ -13,6 +13,7 @@
 #include "tether/robot/model.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/task.h"
+#include "tether/task/product.h"
 
 namespace tether::planning {
 
@@ -45,11 +46,23 @@ struct ProgramOptions {
                    ///< there, displaced at random, the last with less clearance.
 };
 
+/// How candidates are searched for. All but kGreedy bring them in the order of their cost.
+enum class SearchMethod {
+  kAstar,     ///< By landmark cuts.
+  kGreedy,    ///< The first one fast, whatever it costs; if it is not enough, the others by kAstar.
+  kDijkstra,  ///< Without a heuristic.
+  kBfs,       ///< Without a heuristic, by the number of actions.
+};
+
 /// Limits of the search for candidates.
 struct SearchOptions {
+  SearchMethod method = SearchMethod::kAstar;
   int max_actions = 0;      ///< 0: no limit.
   int max_plans = 0;        ///< Only the best so many are wanted; 0: optimise every candidate.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
+  /// Key poses cost nothing, or what they cost does not matter: the cheapest action sequence that is feasible
+  /// is best, and sequences are dealt with one by one.
+  bool cheapest_only = false;
   int threads = 1;
   uint64_t seed = 1;
   const std::atomic<bool>* stop = nullptr;
@@ -61,6 +74,7 @@ struct Problem {
   scene::Scene scene;
   std::vector<ActionSchema> actions;
   std::vector<ConstraintSpec> constraints;  ///< Hold at every step.
+  std::optional<task::TemporalGoal> goal;   ///< In place of the task's own.
   ActingRobot robot;
   ProgramOptions program;
   SearchOptions search;

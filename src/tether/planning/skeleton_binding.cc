@@ -86,9 +86,11 @@ std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<st
       step.step_in_action = static_cast<int>(k);
       step.schema = std::move(bound[k]);
       const StepSchema& s = step.schema;
-      if (s.target_is_region) {
-        diagnostics.Add(s.where, "a step of '" + schema->name + "' has a region as its target",
-                        "a frame is accepted; steps without a key pose need the velocity controller");
+      if (s.target_is_region && problem.scene.FindRegion(s.target) == nullptr) {
+        diagnostics.Add(s.where,
+                        "a step of '" + schema->name + "' has the target region '" + s.target +
+                            "', which is no region of the scene",
+                        "a region, or a frame as target");
         continue;
       }
       RequireFrame(problem.scene, s.control, s.where, "action '" + schema->name + "'", diagnostics);
@@ -96,7 +98,9 @@ std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<st
       for (const ConstraintSpec& spec : s.constraints) {
         step.constraints.push_back(Bind(spec, problem.scene, diagnostics));
       }
+      // Where there is no pose, what holds at every step is the controller's to keep.
       for (const ConstraintSpec& spec : problem.constraints) {
+        if (s.target_is_region) break;
         step.constraints.push_back(Bind(spec, problem.scene, diagnostics));
       }
       steps.push_back(std::move(step));

@@ -1,6 +1,9 @@
 #include "tether/planning/skeleton_source.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "tether/task/greedy.h"
 
 namespace tether::planning {
 namespace {
@@ -12,27 +15,70 @@ constexpr size_t kLargestBatch = 1000;
 
 }  // namespace
 
-SkeletonSource::SkeletonSource(const symbolic::Task& task, const SearchOptions& options)
-    : task_(task), options_(options) {
+SkeletonSource::SkeletonSource(const symbolic::Task& task, std::optional<task::TemporalGoal> goal,
+                               const SearchOptions& options)
+    : task_(task), goal_(std::move(goal)), options_(options) {
   Restart();
 }
 
+std::unique_ptr<task::Product> SkeletonSource::MakeProduct() const {
+  // The product holds the task by shared pointer, but does not outlive this one.
+  auto product = std::make_unique<task::Product>(
+      std::shared_ptr<const symbolic::Task>(&task_, [](const symbolic::Task*) {}), goal_);
+  for (const task::Conflict& conflict : conflicts_) {
+    if (conflict.anywhere) product->Forbid(conflict.prefix.back());
+  }
+  return product;
+}
+
 void SkeletonSource::Restart() {
-  // The search holds the task by shared pointer, but does not outlive this one.
-  search_ = std::make_unique<task::SkeletonSearch>(
-      std::shared_ptr<const symbolic::Task>(&task_, [](const symbolic::Task*) {}),
-      task::SkeletonOptions{options_.max_actions});
+  task::SkeletonOptions how;
+  how.max_actions = options_.max_actions;
+  how.blind = options_.method == SearchMethod::kDijkstra || options_.method == SearchMethod::kBfs;
+  how.unit_costs = options_.method == SearchMethod::kBfs;
+  how.first_at_once = options_.cheapest_only;
+  if (search_) {
+    earlier_expanded_ += search_->expanded();
+    earlier_generated_ += search_->generated();
+  }
+  search_ = std::make_unique<task::SkeletonSearch>(MakeProduct(), how);
   for (const task::Conflict& conflict : conflicts_) search_->AddConflict(conflict);
   fresh_ = true;
 }
 
+task::SearchOutcome SkeletonSource::FindGreedily(const Limits& limits) {
+  const std::unique_ptr<task::Product> product = MakeProduct();
+  task::SearchLimits turn;
+  turn.interrupted = options_.stop;
+  turn.deadline = std::chrono::steady_clock::now() +
+                  std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                      std::chrono::duration<double>(std::min(limits.Remaining(), 1e9)));
+  task::GreedyResult result = task::FindGreedily(*product, turn);
+  earlier_expanded_ += result.expanded;
+  earlier_generated_ += result.generated;
+  return {result.status, std::move(result.skeleton)};
+}
+
 void SkeletonSource::AddConflict(const task::Conflict& conflict) {
-  search_->AddConflict(conflict);
   conflicts_.push_back(conflict);
+  if (conflict.anywhere) {
+    // Many sequences may have this action: the search must not go through all of them.
+    Restart();
+    return;
+  }
+  search_->AddConflict(conflict);
   fresh_ = false;
 }
 
 task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<double> max_cost) {
+  if (options_.method == SearchMethod::kGreedy && !greedy_done_) {
+    greedy_done_ = true;
+    task::SearchOutcome outcome = FindGreedily(limits);
+    const bool too_long = outcome.found() && options_.max_actions > 0 &&
+                          outcome.skeleton->actions.size() > static_cast<size_t>(options_.max_actions);
+    if (outcome.found() && !too_long) yielded_.insert(outcome.skeleton->actions);
+    if (!too_long) return outcome;
+  }
   // In short turns, so that an interruption is noticed.
   for (;;) {
     task::SearchLimits turn;
@@ -52,7 +98,11 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
 }
 
 std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
-  const size_t size = options_.max_plans > 0 ? kLargestBatch : kBatch;
+  // One by one where each may be the last that is wanted.
+  const bool first_greedy = options_.method == SearchMethod::kGreedy && !greedy_done_;
+  const size_t size = options_.cheapest_only || first_greedy ? 1
+                      : options_.max_plans > 0               ? kLargestBatch
+                                                             : kBatch;
   std::vector<std::vector<int>> batch;
   // Without a limit on their length there is no end of candidates: then the cheapest are compared first.
   std::optional<double> max_cost;
@@ -63,7 +113,7 @@ std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
       if (max_cost && ended_ == task::SearchStatus::kDepthLimit) ended_ = task::SearchStatus::kFound;
       break;
     }
-    if (options_.max_plans > 0 && options_.max_actions == 0) max_cost = outcome.skeleton->cost;
+    if (options_.max_plans > 0 && options_.max_actions == 0 && size > 1) max_cost = outcome.skeleton->cost;
     batch.push_back(std::move(outcome.skeleton->actions));
   }
   return batch;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tether/planning/limits.h"
+#include "tether/planning/problem.h"
 #include "tether/task/skeleton.h"
 
 namespace tether::planning {
@@ -15,8 +16,10 @@ namespace tether::planning {
 /// Brings the task search's skeletons in batches, whose sizes don't depend on the number of threads.
 class SkeletonSource {
  public:
-  /// `task` must outlive the source.
-  SkeletonSource(const symbolic::Task& task, const SearchOptions& options);
+  /// `task` must outlive the source. A temporal `goal` takes the place of the task's own. Throws InputError
+  /// if it can't be read or names what does not exist.
+  SkeletonSource(const symbolic::Task& task, std::optional<task::TemporalGoal> goal,
+                 const SearchOptions& options);
 
   /// The next skeletons, cheapest first; none: see ended().
   std::vector<std::vector<int>> NextBatch(const Limits& limits);
@@ -25,18 +28,25 @@ class SkeletonSource {
   /// Why the last batch was not longer; kFound if only because batches are bounded.
   task::SearchStatus ended() const { return ended_; }
 
-  uint64_t expanded() const { return search_->expanded(); }
-  uint64_t generated() const { return search_->generated(); }
+  uint64_t expanded() const { return earlier_expanded_ + search_->expanded(); }
+  uint64_t generated() const { return earlier_generated_ + search_->generated(); }
+  const task::SkeletonSearch& search() const { return *search_; }
 
  private:
+  std::unique_ptr<task::Product> MakeProduct() const;
   void Restart();
+  /// Some skeleton, whatever it costs.
+  task::SearchOutcome FindGreedily(const Limits& limits);
   task::SearchOutcome Next(const Limits& limits, std::optional<double> max_cost);
 
   const symbolic::Task& task_;
+  std::optional<task::TemporalGoal> goal_;
   SearchOptions options_;
   std::unique_ptr<task::SkeletonSearch> search_;
   std::set<std::vector<int>> yielded_;
   std::vector<task::Conflict> conflicts_;
+  uint64_t earlier_expanded_ = 0, earlier_generated_ = 0;  // By searches that this one took the place of.
+  bool greedy_done_ = false;
   bool fresh_ = true;  // No conflict came since the search began.
   task::SearchStatus ended_ = task::SearchStatus::kFound;
 };

@@ -14,7 +14,9 @@ struct Conflict {
 
   Kind kind = Kind::kGaveUp;
   std::vector<int> prefix;  ///< Actions, indices into Task::actions(): every skeleton that begins so fails.
-  std::vector<int> steps;   ///< Indices into `prefix` of the actions that clash; may be empty.
+  /// The last action of `prefix` fails by itself, whatever comes before it: so does every skeleton with it.
+  bool anywhere = false;
+  std::vector<int> steps;                ///< Indices into `prefix` of the actions that clash; may be empty.
   std::vector<std::string> constraints;  ///< What can't hold together, in words.
   std::string reason;                    ///< One sentence for people.
 };

@@ -114,10 +114,10 @@ std::vector<int> Propositions::Resolve(const symbolic::Task& task, const Tempora
 }
 
 Product::Product(std::shared_ptr<const symbolic::Task> task, std::optional<TemporalGoal> goal)
-    : task_(std::move(task)) {
-  if (!goal) return;
-  propositions_ = Propositions::Resolve(*task_, *goal);
-  automaton_ = std::make_unique<ltl::LazyAutomaton>(goal->formula, goal->semantics);
+    : task_(std::move(task)), goal_(std::move(goal)) {
+  if (!goal_) return;
+  propositions_ = Propositions::Resolve(*task_, *goal_);
+  automaton_ = std::make_unique<ltl::LazyAutomaton>(goal_->formula, goal_->semantics);
   letter_.assign(automaton_->letter_words(), 0);
 }
 

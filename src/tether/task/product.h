@@ -18,6 +18,10 @@ struct TemporalGoal {
   Location where;  ///< Of the formula's text, if it stands in a file.
 };
 
+/// What to say of a goal whose automaton accepts nothing.
+inline constexpr const char* kUnsatisfiable =
+    "the formula is unsatisfiable: no sequence of states makes it true";
+
 /// For each proposition of the formula the atom of the task that it names, as on(box,table), in any case;
 /// kAlways or kNever if that can't change.
 struct Propositions {
@@ -37,18 +41,31 @@ class Product {
   explicit Product(std::shared_ptr<const symbolic::Task> task, std::optional<TemporalGoal> goal = {});
 
   const symbolic::Task& task() const { return *task_; }
+  /// The temporal goal is known to hold of no word at all.
+  bool IsUnsatisfiable() const { return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial()); }
   /// 64-bit words of a state.
   size_t words() const { return task_->words() + (automaton_ ? 1 : 0); }
   /// The initial state; empty if the goal is lost there already.
   std::optional<symbolic::State> Start();
   void FindApplicable(symbolic::StateView state, std::vector<int>& actions) const {
     task_->FindApplicable(state.first(task_->words()), actions);
+    if (!forbidden_.empty()) std::erase_if(actions, [&](int action) { return IsForbidden(action); });
   }
   /// The state after an applicable action; false if the goal is lost there.
   bool Apply(int action, symbolic::StateView state, std::span<uint64_t> next);
   bool IsGoal(symbolic::StateView state) const;
 
+  /// The action is never applicable from now on. Before anything is made from this product.
+  void Forbid(int action) {
+    forbidden_.resize(task_->actions().size(), false);
+    forbidden_[static_cast<size_t>(action)] = true;
+  }
+  bool IsForbidden(int action) const {
+    return !forbidden_.empty() && forbidden_[static_cast<size_t>(action)];
+  }
+
   /// Null for the problem's own goal.
+  const TemporalGoal* goal() const { return goal_ ? &*goal_ : nullptr; }
   const ltl::LazyAutomaton* automaton() const { return automaton_.get(); }
   int AutomatonState(symbolic::StateView state) const { return static_cast<int>(state[task_->words()]); }
   /// Atoms of the task by proposition, as Propositions says.
@@ -58,6 +75,8 @@ class Product {
   bool Read(int automaton_state, std::span<uint64_t> state);
 
   std::shared_ptr<const symbolic::Task> task_;
+  std::optional<TemporalGoal> goal_;
+  std::vector<bool> forbidden_;  ///< By action; empty: none.
   std::unique_ptr<ltl::LazyAutomaton> automaton_;
   std::vector<int> propositions_;
   ltl::Letter letter_;

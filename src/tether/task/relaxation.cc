@@ -107,6 +107,7 @@ void Relaxation::AddActions() {
   for (size_t i = 0; i < task.actions().size(); ++i) {
     const symbolic::GroundAction& action = task.actions()[i];
     std::vector<int> needed;
+    if (product_.IsForbidden(static_cast<int>(i))) continue;
     if (!Require(action.precondition.formula(), needed)) continue;
     std::vector<int> always;
     for (const symbolic::GroundEffect& effect : action.effects) {

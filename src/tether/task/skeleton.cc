@@ -40,7 +40,9 @@ SkeletonSearch::SkeletonSearch(std::shared_ptr<const symbolic::Task> task, Skele
 SkeletonSearch::SkeletonSearch(std::unique_ptr<Product> product, SkeletonOptions options)
     : product_(std::move(product)),
       options_(options),
-      graph_(*product_, {.blind = options.blind, .unit_costs = options.unit_costs}),
+      graph_(*product_, {.blind = options.blind,
+                         .unit_costs = options.unit_costs,
+                         .symmetry = options.symmetry && !options.blind}),
       may_come_at_once_(options.first_at_once) {
   options_.Validate();
   if (!options_.unit_costs) unit_ = task().cost_unit();
@@ -106,6 +108,8 @@ void SkeletonSearch::StartLevel(int64_t cost) {
   level_ = cost;
   // Beyond the explored part anything may lie.
   next_level_ = graph_.bound();
+  if (graph_.symmetry() != nullptr && !lifted_ && graph_.states() > 0)
+    lifted_ = std::make_unique<LiftedStates>(*product_, graph_);
   on_path_.assign(graph_.states(), false);
   enumerating_ = true;
   const int64_t cheapest = distance_.empty() ? StateGraph::kFar : distance_[0];
@@ -117,7 +121,13 @@ void SkeletonSearch::StartLevel(int64_t cost) {
 }
 
 void SkeletonSearch::Push(int state, int rule, int64_t cost) {
-  path_.push_back({state, graph_.begin_edges(state), rule, cost});
+  path_.push_back(
+      {state,
+       lifted_ ? lifted_->Edges(state)
+               : std::span<const StateGraph::Edge>(graph_.begin_edges(state), graph_.end_edges(state)),
+       rule, cost});
+  if (on_path_.size() <= static_cast<size_t>(state))
+    on_path_.resize(2 * static_cast<size_t>(state) + 1, false);
   on_path_[static_cast<size_t>(state)] = true;
   ++walked_;
 }
@@ -136,6 +146,9 @@ int SkeletonSearch::Follow(int rule, int action) const {
 }
 
 bool SkeletonSearch::IsForbidden(const std::vector<int>& actions) const {
+  if (!never_.empty() && std::any_of(actions.begin(), actions.end(),
+                                     [&](int action) { return never_[static_cast<size_t>(action)]; }))
+    return true;
   int rule = 0;
   for (int action : actions) {
     rule = Follow(rule, action);
@@ -162,7 +175,7 @@ SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
     while (!path_.empty()) {
       if (const auto stop = CheckLimits(limits, false)) return {*stop, {}};
       Frame& top = path_.back();
-      if (graph_.is_goal(top.state)) {
+      if (graph_.is_goal(Base(top.state))) {
         const int64_t cost = top.cost;
         const bool is_new =
             cost == level_ && path_actions_ != first_;  // Cheaper ones came with their own level.
@@ -171,17 +184,20 @@ SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
         if (is_new) return {SearchStatus::kFound, std::move(skeleton)};
         continue;
       }
-      if (top.next == graph_.end_edges(top.state)) {
+      if (top.edges.empty()) {
         Pop();
         continue;
       }
-      const StateGraph::Edge edge = *top.next++;
+      const StateGraph::Edge edge = top.edges.front();
+      top.edges = top.edges.subspan(1);
       ++tried_;
-      const int64_t distance = distance_[static_cast<size_t>(edge.target)];
+      const int64_t distance = distance_[static_cast<size_t>(Base(edge.target))];
       if (distance == StateGraph::kFar) continue;
-      if (options_.skip_revisits && on_path_[static_cast<size_t>(edge.target)]) continue;
+      const auto target = static_cast<size_t>(edge.target);
+      if (options_.skip_revisits && target < on_path_.size() && on_path_[target]) continue;
       const int rule = Follow(top.rule, edge.action);
       if (rule >= 0 && forbidden_[static_cast<size_t>(rule)]) continue;
+      if (!never_.empty() && never_[static_cast<size_t>(edge.action)]) continue;
       const int64_t cost = top.cost + graph_.action_cost(edge.action);
       if (cost + distance > level_) {
         next_level_ = std::min(next_level_, cost + distance);
@@ -208,6 +224,15 @@ std::optional<SearchStatus> SkeletonSearch::ExploreAll(const SearchLimits& limit
 }
 
 void SkeletonSearch::AddConflict(const Conflict& conflict) {
+  if (conflict.anywhere && !conflict.prefix.empty()) {
+    never_.resize(task().actions().size(), false);
+    never_[static_cast<size_t>(conflict.prefix.back())] = true;
+    pruned_unproved_ = pruned_unproved_ || conflict.kind == Conflict::Kind::kGaveUp;
+    const auto first = std::find(path_actions_.begin(), path_actions_.end(), conflict.prefix.back());
+    const auto kept = static_cast<size_t>(first - path_actions_.begin());
+    while (path_.size() > kept + 1) Pop();
+    return;
+  }
   int node = 0;
   for (int action : conflict.prefix) {
     const auto [it, is_new] =

@@ -14,6 +14,7 @@
 
 #include "tether/symbolic/task.h"
 #include "tether/task/conflict.h"
+#include "tether/task/lifted_states.h"
 #include "tether/task/product.h"
 #include "tether/task/state_graph.h"
 
@@ -31,6 +32,8 @@ struct SkeletonOptions {
   size_t max_states = 20'000'000;  ///< Symbolic states held in memory, at most.
   bool blind = false;              ///< Dijkstra's algorithm instead of A* with landmark cuts.
   bool unit_costs = false;         ///< Each action costs 1, whatever the problem says.
+  /// States that only exchange interchangeable objects are explored once; not if blind. Changes no result.
+  bool symmetry = true;
   /// Yield a cheapest skeleton as soon as it is known to be one, before others of the same cost are looked
   /// for.
   bool first_at_once = false;
@@ -80,7 +83,8 @@ struct SearchOutcome {
 /// SkeletonOptions::first_at_once). None comes twice, and none within the limits is left out. To this end the
 /// state graph is explored by A* only as far as skeletons of the next cost may lead, each state once;
 /// distances to the goal within that part are exact for these skeletons, so the enumeration by increasing
-/// cost turns into blind alleys only where a sequence would have to come back to one of its states.
+/// cost turns into blind alleys only where a sequence would have to come back to one of its states. Where the
+/// graph's states stand for several, the enumeration goes through these.
 class SkeletonSearch {
  public:
   explicit SkeletonSearch(std::shared_ptr<const symbolic::Task> task, SkeletonOptions options = {});
@@ -90,7 +94,9 @@ class SkeletonSearch {
   /// The next skeleton, or why there is none.
   SearchOutcome Next(const SearchLimits& limits = {});
 
-  /// From now on, yields nothing that begins with the conflict's prefix.
+  /// From now on, yields nothing that begins with the conflict's prefix, or, if its last action fails
+  /// anywhere, has that action. What was explored stays so: where much depends on such an action, a new
+  /// search whose product forbids it finds more quickly what is left.
   void AddConflict(const Conflict& conflict);
 
   /// Explores what is left of the product, beyond goals too; null when all of it is known. No Next() after
@@ -107,9 +113,9 @@ class SkeletonSearch {
  private:
   struct Frame {
     int state = -1;
-    const StateGraph::Edge* next = nullptr;  ///< The edge to try next.
-    int rule = -1;                           ///< Node of the tree of forbidden prefixes, -1 when off it.
-    int64_t cost = 0;                        ///< So far.
+    std::span<const StateGraph::Edge> edges;  ///< Those to be tried yet.
+    int rule = -1;                            ///< Node of the tree of forbidden prefixes, -1 when off it.
+    int64_t cost = 0;                         ///< So far.
   };
 
   std::optional<SearchStatus> Explore(const SearchLimits& limits);
@@ -117,6 +123,8 @@ class SkeletonSearch {
   SearchStatus NothingLeft() const;
   bool IsForbidden(const std::vector<int>& actions) const;
   void StartLevel(int64_t cost);
+  /// The state of the graph that stands for a state of the walk.
+  int Base(int state) const { return lifted_ ? lifted_->base(state) : state; }
   void Push(int state, int rule, int64_t cost);
   void Pop();
   int Follow(int rule, int action) const;
@@ -125,16 +133,17 @@ class SkeletonSearch {
   std::unique_ptr<Product> product_;
   SkeletonOptions options_;
   StateGraph graph_;
-  double unit_ = 1;  ///< Of costs.
+  std::unique_ptr<LiftedStates> lifted_;  ///< What the walk goes through, where states stand for several.
+  double unit_ = 1;                       ///< Of costs.
   bool every_action_costs_1_ = true;
-  std::vector<int64_t> distance_;  ///< To the goal, per state.
+  std::vector<int64_t> distance_;  ///< To the goal, per state of the graph.
   uint64_t distances_of_ = 0;      ///< Expansions when the distances were computed.
   int64_t level_ = -1;             ///< Cost of the skeletons that are being enumerated.
   int64_t next_level_ = 0;         ///< Least cost beyond `level_` that may have skeletons; kFar if none.
   bool enumerating_ = false;
   std::vector<Frame> path_;
   std::vector<int> path_actions_;
-  std::vector<bool> on_path_;              ///< Per state.
+  std::vector<bool> on_path_;              ///< Per state of the walk.
   std::optional<std::vector<int>> first_;  ///< The one that came at once.
   bool may_come_at_once_ = false;
   bool too_long_ = false;  ///< `max_actions` cut a sequence off.
@@ -142,6 +151,7 @@ class SkeletonSearch {
   std::map<std::pair<int, int>, int>
       rules_;  ///< (node, action) → node of the tree of forbidden prefixes; 0 is the root.
   std::vector<bool> forbidden_{false};  ///< Per node of that tree.
+  std::vector<bool> never_;             ///< By action: fails anywhere. Empty: none does.
   bool pruned_unproved_ = false;
   uint64_t walked_ = 0, tried_ = 0, ticks_ = 0;
 };

@@ -28,14 +28,29 @@ StateGraph::StateGraph(Product& product, const Options& options)
   for (const symbolic::GroundAction& action : product.task().actions()) {
     costs_.push_back(options.unit_costs ? 1 : action.cost);
   }
-  if (const auto start = product.Start()) Reach(*start, 0, -1, -1);
+  if (options.symmetry) {
+    symmetry_ = std::make_unique<Symmetry>(product);
+    if (symmetry_->trivial()) symmetry_.reset();
+  }
+  if (auto start = product.Start()) Reach(*start, 0, -1, -1);
 }
 
-int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, int action) {
+int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, int action,
+                                 bool exchanged) {
   std::span<const int> before;
-  if (parent >= 0) {
+  if (parent >= 0 && (!exchanged || symmetry_->maps_actions())) {
     const Node& known = nodes_[static_cast<size_t>(parent)];
     before = {landmarks_.data() + known.first_landmark, static_cast<size_t>(known.landmark_count)};
+    // They speak of objects that are exchanged now.
+    if (exchanged) {
+      mapped_.assign(before.begin(), before.end());
+      for (size_t i = 0; i < mapped_.size();) {
+        const auto end = i + 2 + static_cast<size_t>(mapped_[i + 1]);
+        for (i += 2; i < end; ++i) mapped_[i] = symmetry_->Image(mapped_[i]);
+      }
+      before = mapped_;
+      action = symmetry_->Image(action);
+    }
   }
   const int64_t estimate = estimate_.Evaluate(state, before, action);
   const std::span<const int> landmarks = estimate_.landmarks();
@@ -47,13 +62,14 @@ int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int pare
   return estimate;
 }
 
-void StateGraph::Reach(symbolic::StateView state, int64_t cost, int parent, int action) {
+void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, int action) {
   bool is_new = false;
+  const bool exchanged = symmetry_ && symmetry_->Canonicalize(state);
   const int index = table_.Insert(state, is_new);
   if (is_new) {
     Node& fresh = nodes_.emplace_back();
     fresh.is_goal = product_.IsGoal(state);
-    fresh.estimate = fresh.is_goal ? 0 : EstimateCost(state, fresh, parent, action);
+    fresh.estimate = fresh.is_goal ? 0 : EstimateCost(state, fresh, parent, action, exchanged);
   }
   Node& node = nodes_[static_cast<size_t>(index)];
   if (cost >= node.cost) return;
@@ -118,19 +134,40 @@ bool StateGraph::ExpandBeyondGoals() {
   product_.FindApplicable(source_, applicable_);
   for (int action : applicable_) {
     bool is_new = false;
-    if (product_.Apply(action, source_, scratch_)) table_.Insert(scratch_, is_new);
+    if (!product_.Apply(action, source_, scratch_)) continue;
+    if (symmetry_) symmetry_->Canonicalize(scratch_);
+    table_.Insert(scratch_, is_new);
     if (is_new) nodes_.emplace_back();
   }
   return true;
 }
 
-std::vector<int> StateGraph::PathTo(int state) const {
-  std::vector<int> actions;
+std::vector<int> StateGraph::PathTo(int state) {
+  std::vector<int> actions, states;
   for (int at = state; nodes_[static_cast<size_t>(at)].parent >= 0;
        at = nodes_[static_cast<size_t>(at)].parent) {
     actions.push_back(nodes_[static_cast<size_t>(at)].action);
+    states.push_back(at);
   }
   std::reverse(actions.begin(), actions.end());
+  if (!symmetry_) return actions;
+  // From the start as it is, where each step has an image that leads to what the next state stands for.
+  std::reverse(states.begin(), states.end());
+  symbolic::State now = *product_.Start(), next(now.size());
+  for (size_t i = 0; i < actions.size(); ++i) {
+    product_.FindApplicable(now, applicable_);
+    [[maybe_unused]] bool found = false;
+    for (int action : applicable_) {
+      if (action_cost(action) != action_cost(actions[i]) || !product_.Apply(action, now, next)) continue;
+      scratch_ = next;
+      if (Find(scratch_) != states[i]) continue;
+      actions[i] = action;
+      found = true;
+      break;
+    }
+    assert(found);
+    std::swap(now, next);
+  }
   return actions;
 }
 
@@ -146,7 +183,7 @@ void StateGraph::FindEdges() {
     product_.FindApplicable(source, applicable_);
     for (int action : applicable_) {
       if (!product_.Apply(action, source, scratch_)) continue;
-      edges_.push_back({action, table_.Find(scratch_)});
+      edges_.push_back({action, Find(scratch_)});
     }
     end_edge_[s] = edges_.size();
   }

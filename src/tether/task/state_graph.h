@@ -7,12 +7,16 @@
 #include "tether/task/estimate.h"
 #include "tether/task/product.h"
 #include "tether/task/state_table.h"
+#include "tether/task/symmetry.h"
 
 namespace tether::task {
 
 /// The states of a product that were reached so far, each once, explored by A*: best lower bound first (Hart,
 /// Nilsson and Raphael, 1968). A state that is reached again at less cost is expanded again, because landmark
 /// cuts are not consistent. Goal states are not expanded: a skeleton ends there.
+///
+/// With `symmetry`, states that interchangeable objects make equal are one, which stands for all of them: the
+/// graph's states are representatives, and its edges lead to those of what an action brings about.
 class StateGraph {
  public:
   static constexpr int64_t kFar = std::numeric_limits<int64_t>::max();
@@ -24,6 +28,7 @@ class StateGraph {
   struct Options {
     bool blind = false;       ///< Without a heuristic: Dijkstra's algorithm.
     bool unit_costs = false;  ///< Each action costs 1: breadth-first if blind.
+    bool symmetry = false;    ///< States that only exchange objects are one.
   };
 
   /// `product` must outlive the graph.
@@ -42,13 +47,21 @@ class StateGraph {
   uint64_t expanded() const { return expanded_; }
   uint64_t generated() const { return generated_; }
 
+  /// Null if no two states are taken for one.
+  const Symmetry* symmetry() const { return symmetry_.get(); }
+  /// The number of the state that stands for `state`, which is overwritten by it; -1 if it was not reached.
+  int Find(std::span<uint64_t> state) {
+    if (symmetry_) symmetry_->Canonicalize(state);
+    return table_.Find(state);
+  }
+
   int64_t action_cost(int action) const { return costs_[static_cast<size_t>(action)]; }
   symbolic::StateView state(int index) const { return table_[index]; }
   bool is_goal(int state) const { return nodes_[static_cast<size_t>(state)].is_goal; }
   bool is_closed(int state) const { return nodes_[static_cast<size_t>(state)].is_closed; }
   /// The cheapest way found to `state`: its cost, and its actions.
   int64_t cost(int state) const { return nodes_[static_cast<size_t>(state)].cost; }
-  std::vector<int> PathTo(int state) const;
+  std::vector<int> PathTo(int state);
   /// Least cost of the goal states met by ExpandNext(), kFar if there is none.
   int64_t goal_cost() const { return goal_cost_; }
 
@@ -82,20 +95,23 @@ class StateGraph {
     bool operator()(const Entry& a, const Entry& b) const;
   };
 
-  int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action);
-  void Reach(symbolic::StateView state, int64_t cost, int parent, int action);
+  int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action, bool exchanged);
+  /// `state` is overwritten by what stands for it.
+  void Reach(std::span<uint64_t> state, int64_t cost, int parent, int action);
   void Expand(int state);
   void FindEdges();
 
   Product& product_;
   Options options_;
   Estimate estimate_;
+  std::unique_ptr<Symmetry> symmetry_;
   std::vector<int64_t> costs_;
   StateTable table_;
   std::vector<Node> nodes_;
   std::vector<Entry> open_;  ///< A heap.
   uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0;
   int64_t goal_cost_ = kFar;
+  std::vector<int> mapped_;     ///< Landmarks of the state before, with objects exchanged.
   std::vector<int> landmarks_;  ///< Of the states' estimates, one after another.
   size_t beyond_ = 0;           ///< States before this one are expanded.
   std::vector<Edge> edges_;

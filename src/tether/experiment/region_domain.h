@@ -1,0 +1,59 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tether/common/error.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/pddl.h"
+
+namespace tether::experiment {
+
+/// What there is in a scene with regions, without geometry.
+struct RegionLayout {
+  struct Place {
+    std::string name;
+    int capacity = 0;  ///< Objects that fit; 0: no limit.
+  };
+  struct Item {
+    std::string name;
+    std::string region;  ///< Where it is at the start.
+  };
+  std::string hub;  ///< Where the hand is at the start; it connects all regions.
+  std::vector<Place> regions;
+  std::vector<Item> items;
+  std::map<std::string, std::vector<std::string>> groups;
+};
+
+/// The text of the manipulation domain of paper B (section 3.1, after He et al., ICRA 2015), for scenes with
+/// regions: MOVE and HOLD between the hub, which connects all regions, and a region; GRASP; PLACE into a
+/// region that is free. Each costs 1. An object counts as in a region, and in the groups that this belongs
+/// to, only when it is placed there.
+const std::string& RegionDomainText();
+
+/// The problem of a layout in that domain. The goal is empty: everything reaches it.
+std::string RegionProblemText(const RegionLayout& layout);
+
+/// The domain and the problem with each region cut into `poses` places to put something, as He et al. do: the
+/// hand moves to a pose, and a region still takes no more objects than its capacity says. Poses are named
+/// after their region and number: heat.3.
+const std::string& PoseDomainText();
+std::string PoseProblemText(const RegionLayout& layout, int poses);
+
+/// What there is in a scene: movable objects are where geometry says; where regions overlap, an object is in
+/// the smallest that it fits.
+///
+/// `where` says where each name of the scene was written, `task` where the task was. Adds a diagnostic for
+/// each object in no region, each region with more objects than fit, a hub that is missing or not the only
+/// one; then the layout is of no use.
+RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, Location>& where,
+                        const Location& task, Diagnostics& diagnostics);
+
+/// The problem of a scene with regions and without PDDL; null after mistakes, which go to `diagnostics`.
+std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
+                                                           const std::map<std::string, Location>& where,
+                                                           const Location& task, Diagnostics& diagnostics);
+
+}  // namespace tether::experiment
