@@ -254,12 +254,12 @@ TEST(PostureSearch, AGivenPostureIsKeptWhereItFits) {
   EXPECT_LT((search.q() - planned).cwiseAbs().maxCoeff(), 0.15);
   // For a hand elsewhere it means nothing: the search is as without it.
   const Pose elsewhere(math::RotationFromRpy({std::numbers::pi, 0, 0}), {0.4, -0.4, 0.2});
-  search.Start(model->home(), &elsewhere, 1, &planned);
-  while (!search.done()) search.Advance();
-  const Eigen::VectorXd with = search.q();
-  search.Start(model->home(), &elsewhere, 1);
-  while (!search.done()) search.Advance();
-  EXPECT_EQ(search.q(), with);
+  PostureSearch with(model), without(model);
+  with.Start(model->home(), &elsewhere, 1, &planned);
+  while (!with.done()) with.Advance();
+  without.Start(model->home(), &elsewhere, 1);
+  while (!without.done()) without.Advance();
+  EXPECT_EQ(with.q(), without.q());
 }
 
 }  // namespace

@@ -61,7 +61,9 @@ class CandidateRun {
   }
 
   CandidateReport Run() {
-    if (const auto refutation = RefuteByReach(facts_, steps_)) {
+    const auto refutation =
+        NeedsWitnesses(problem_) ? RefuteByReach(facts_, steps_) : std::optional<ReachRefutation>();
+    if (refutation) {
       NoteRefutation({refutation->reason}, refutation->action_index);
       Conclude();
       return std::move(report_);

@@ -135,9 +135,13 @@ class RowWriter {
 
 }  // namespace
 
+bool NeedsWitnesses(const Problem& problem) {
+  return problem.program.witnesses && problem.robot.model != nullptr;
+}
+
 void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
                    KeyPoseProgram& key_poses) {
-  if (facts.problem().robot.model == nullptr) return;
+  if (!NeedsWitnesses(facts.problem())) return;
   WitnessSearch search(facts, key_poses.tree);
   for (const JointBlock& joints : key_poses.joints) {
     if (static_cast<size_t>(joints.vector) < x.vectors.size())
@@ -155,7 +159,7 @@ void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
 
 bool AddMissingWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
                          KeyPoseProgram& key_poses) {
-  if (facts.problem().robot.model == nullptr) return false;
+  if (!NeedsWitnesses(facts.problem())) return false;
   FindWitnesses(facts, steps, x, key_poses);
   if (AllWitnessed(facts, key_poses)) return false;
   WitnessSearch search(facts, key_poses.tree);
@@ -189,7 +193,7 @@ bool AddMissingWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& 
 }
 
 bool AllWitnessed(const SceneFacts& facts, const KeyPoseProgram& key_poses) {
-  if (facts.problem().robot.model == nullptr) return true;
+  if (!NeedsWitnesses(facts.problem())) return true;
   return static_cast<int>(key_poses.witnesses.size()) == key_poses.tree.num_steps() &&
          std::all_of(key_poses.witnesses.begin(), key_poses.witnesses.end(),
                      [](const Witness& witness) { return witness.found && witness.problem.empty(); });

@@ -6,6 +6,9 @@
 
 namespace tether::planning {
 
+/// Key poses are to be taken by an arm, with joints as evidence.
+bool NeedsWitnesses(const Problem& problem);
+
 /// Finds the arm's configurations at the key poses that `x` is, and keeps them in `key_poses.witnesses`.
 /// Without an arm it does nothing.
 void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,

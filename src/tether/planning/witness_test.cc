@@ -37,14 +37,17 @@ Problem BenchProblem(std::vector<scene::Object> things) {
   scene.objects.push_back(Box("bench", {2, 2, 0.4}, {0.5, 0, -0.2}, false));
   for (scene::Object& thing : things) scene.objects.push_back(std::move(thing));
   scene.robots.push_back({"panda", "panda", {0, -0.5236, 0, -2.6180, 0, 2.0944, 0}, "world", {}});
-  return PandaProblem(std::move(scene));
+  Problem problem = PandaProblem(std::move(scene));
+  problem.program.witnesses = true;
+  return problem;
 }
 
 const std::vector<std::string> kHookPlan{"pick(hook)", "push(hook,box,table)", "place(hook,table)",
                                          "pick(box)", "place(box,shelf)"};
 
 TEST(WitnessTest, EveryKeyPoseOfAPlanHasOne) {
-  const Problem problem = ReachProblem();
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, kHookPlan);
   ASSERT_TRUE(report.feasible()) << report.reason;
   const robot::Model& model = *problem.robot.model;
@@ -70,7 +73,8 @@ TEST(WitnessTest, EveryKeyPoseOfAPlanHasOne) {
 }
 
 TEST(WitnessTest, TheCheckerRejectsJointsThatAreNoWitness) {
-  const Problem problem = ReachProblem();
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
   Plan plan = report.plan;
@@ -87,7 +91,8 @@ TEST(WitnessTest, TheCheckerRejectsJointsThatAreNoWitness) {
 }
 
 TEST(WitnessTest, TheCheckerSeesLinksInsideThings) {
-  const Problem problem = ReachProblem();
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
   Problem blocked = problem;
