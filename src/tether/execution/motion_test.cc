@@ -253,7 +253,7 @@ TEST(PostureSearch, AGivenPostureIsKeptWhereItFits) {
   EXPECT_EQ(search.best(), 0);
   EXPECT_LT((search.q() - planned).cwiseAbs().maxCoeff(), 0.15);
   // For a hand elsewhere it means nothing: the search is as without it.
-  const Pose elsewhere(math::RotationFromRpy({std::numbers::pi, 0, 0}), {0.4, -0.4, 0.2});
+  const Pose elsewhere(math::RotationFromRpy({std::numbers::pi, 0, 0}), {-0.4, 0.4, 0.3});
   PostureSearch with(model), without(model);
   with.Start(model->home(), &elsewhere, 1, &planned);
   while (!with.done()) with.Advance();
