@@ -149,7 +149,7 @@ TEST(CliTest, ATemporalGoalNeedsADomain) {
   const Outcome outcome = Tether("plan '" + file + "'");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err,
-              HasSubstr("tether_cli_ltl.yaml:3:21: a temporal goal without a domain ('domain' and "
+              HasSubstr("tether_cli_ltl.yaml:3:20: a temporal goal without a domain ('domain' and "
                         "'problem' beside 'goal', or a scene with regions)"));
 }
 
