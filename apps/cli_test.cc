@@ -341,8 +341,9 @@ TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
 }
 
 TEST(CliTest, AnInterruptedPlanIsExitCode130) {
-  const Outcome outcome = Tether("plan " + Scenario("workspace_reach") + " --max-actions 30 --json -",
-                                 "timeout --preserve-status -s INT 1");
+  const Outcome outcome =
+      Tether("plan " + Scenario("workspace_reach") + " --max-actions 30 --solver ipopt --json -",
+             "timeout --preserve-status -s INT 2");
   ASSERT_EQ(outcome.exit_code, 130) << outcome.err;
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;
   const Value report = ParseYaml(outcome.out, "stdout");

@@ -246,7 +246,10 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
   for (const auto& [name, text] : CampaignNames()) names += "  " + name + ": " + text + "\n";
   command->add_option("name", options.name, "Which one")->required()->type_name("NAME");
   command->add_option("--scenes", options.scenes, "Scenes per kind, or per number of blocks")->type_name("N");
-  command->add_option("--kind", options.kinds, "Only scenes of this kind: reach or stack; may be given twice")
+  command->add_flag("--no-robot", options.no_robot, "execution: plan without the arm, to compare");
+  command
+      ->add_option("--kind", options.kinds,
+                   "Only scenes of this kind: reach, stack or, for execution, clutter; may be given again")
       ->type_name("KIND")
       ->allow_extra_args(false);
   command->add_option("--restarts", options.restarts, "Random starts of a scene (default 100)")

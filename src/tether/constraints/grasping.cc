@@ -215,6 +215,14 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
       frames);
 }
 
+std::optional<Alignment> AlignGraspable(const Context& context, const Parameters& parameters) {
+  const std::string& object = parameters.Text("object");
+  if (context.control() != kHand || context.target() != object || context.ShapeOf(object) == nullptr ||
+      parameters.Text("approach") != "down")
+    return std::nullopt;
+  return Alignment{Vector3d::UnitZ(), context.DownFace(object)};
+}
+
 void CheckGraspable(const Context& context, const Parameters& parameters, Findings& findings) {
   const std::string& object = parameters.Text("object");
   const geometry::Shape* shape = context.ShapeOf(object);
@@ -309,7 +317,9 @@ Kind GraspableKind() {
            {"approach", ParameterDoc::Type::kText, false, 0, 0, 0, {"down"}, "direction of approach"}},
           GuessGraspable,
           BuildGraspable,
-          CheckGraspable};
+          CheckGraspable,
+          nullptr,
+          AlignGraspable};
 }
 
 }  // namespace tether::constraints

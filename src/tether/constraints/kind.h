@@ -51,6 +51,12 @@ struct Column {
   double half_height;
 };
 
+/// Unit vectors, fixed in the control and in the target frame, that point the same way.
+struct Alignment {
+  Eigen::Vector3d of_control;
+  Eigen::Vector3d of_target;
+};
+
 /// A registered kind of constraint: what it is called and takes, the rows it gives an optimiser, where it
 /// suggests to start, and a geometric test that shares no code with the rows.
 struct Kind {
@@ -69,6 +75,9 @@ struct Kind {
   /// Where the origin of the control frame must be in the target frame if the constraint holds, whatever the
   /// poses, for bounds on the cost; none if it does not say. May be empty.
   std::function<std::optional<Column>(const Context&, const Parameters&)> locate = nullptr;
+  /// What must point the same way if the constraint holds, whatever the poses, for proofs that the arm is too
+  /// short; none if it does not say. May be empty.
+  std::function<std::optional<Alignment>(const Context&, const Parameters&)> align = nullptr;
 };
 
 /// Every kind, in alphabetical order. Adding one means adding it here: name, parameters, bounds,

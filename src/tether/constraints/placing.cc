@@ -333,6 +333,16 @@ std::optional<Column> LocateRestsOn(const Context& context, const Parameters& pa
                 std::numeric_limits<double>::infinity(), 0};
 }
 
+std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& parameters) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  if (context.control() != object || context.target() != on) return std::nullopt;
+  const auto placement = FindPlacement(context, object, on);
+  if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3)
+    return std::nullopt;
+  return Alignment{placement->foot.normal, -placement->support.normal};
+}
+
 /// Over the support, at any height. The demand's points are inside by its margin; of a footprint, the middle
 /// is inside by the radius of the circle about it as well.
 std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
@@ -368,7 +378,8 @@ Kind RestsOnKind() {
           GuessRestsOn,
           BuildRestsOn,
           CheckRestsOn,
-          LocateRestsOn};
+          LocateRestsOn,
+          AlignRestsOn};
 }
 
 Kind SupportedKind() {

@@ -237,5 +237,30 @@ TEST(PostureSearch, TakesTheTurnWithRoomToTheLimits) {
   EXPECT_FALSE(search.reached());
 }
 
+TEST(PostureSearch, AGivenPostureIsKeptWhereItFits) {
+  const auto model = robot::Model::Load("panda");
+  robot::State state(model);
+  Eigen::VectorXd planned(7);
+  planned << 0.4, -0.2, -0.7, -2.2, -0.3, 2.1, 0.6;  // the elbow out to a side, where home would not have it
+  state.Set(planned, Eigen::VectorXd::Zero(7));
+  const Pose near = state.X_BH() * Pose(Eigen::Vector3d(0.01, -0.02, 0.01));
+  const Pose candidates[] = {near,
+                             near * Pose(math::ExpSO3({0, 0, std::numbers::pi}), Eigen::Vector3d::Zero())};
+  PostureSearch search(model);
+  search.Start(model->home(), candidates, 2, &planned);
+  while (!search.done()) search.Advance();
+  EXPECT_TRUE(search.reached());
+  EXPECT_EQ(search.best(), 0);
+  EXPECT_LT((search.q() - planned).cwiseAbs().maxCoeff(), 0.15);
+  // For a hand elsewhere it means nothing: the search is as without it.
+  const Pose elsewhere(math::RotationFromRpy({std::numbers::pi, 0, 0}), {-0.4, 0.4, 0.3});
+  PostureSearch with(model), without(model);
+  with.Start(model->home(), &elsewhere, 1, &planned);
+  while (!with.done()) with.Advance();
+  without.Start(model->home(), &elsewhere, 1);
+  while (!without.done()) without.Advance();
+  EXPECT_EQ(with.q(), without.q());
+}
+
 }  // namespace
 }  // namespace tether::execution

@@ -14,6 +14,9 @@ constexpr double kMaxStep = 0.3;          // rad
 constexpr double kReached = 0.005;        // m
 constexpr double kEnoughRoom = 0.35;      // rad: more room than this is no better.
 constexpr double kRoomThatMatters = 0.1;  // rad
+// A plan's joints are of use if the hand that they give is this near to where it shall be.
+constexpr double kFits = 0.3;      // m
+constexpr double kFitsTurned = 1;  // rad
 
 }  // namespace
 
@@ -28,7 +31,8 @@ PostureSearch::PostureSearch(const std::shared_ptr<const robot::Model>& model)
   for (Candidate& candidate : candidates_) candidate.q = model->home();
 }
 
-void PostureSearch::Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int count) {
+void PostureSearch::Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int count,
+                          const Eigen::VectorXd* witness) {
   assert(count >= 1 && count <= kMaxCandidates);
   start_ = q;
   count_ = count;
@@ -38,6 +42,15 @@ void PostureSearch::Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int 
     candidates_[i].X_BH = X_BH[i];
     candidates_[i].q = q;
   }
+  planned_ = witness != nullptr && witness->size() == q.size();
+  if (planned_) {
+    // Where the object was moved far, or the hand took it the other way round, the plan's joints don't fit.
+    state_.Set(*witness, zero_);
+    planned_ = (state_.X_BH().p - X_BH[0].p).norm() < kFits &&
+               math::AngleBetween(state_.X_BH().R, X_BH[0].R) < kFitsTurned;
+  }
+  rest_ = planned_ ? *witness : model_->home();
+  if (planned_) candidates_[0].q = *witness;
 }
 
 void PostureSearch::Advance() {
@@ -77,6 +90,7 @@ void PostureSearch::Choose() {
     c.room = std::min({(c.q - model_->lower()).minCoeff(), (model_->upper() - c.q).minCoeff(), kEnoughRoom});
     c.way = (c.q - start_).cwiseAbs().maxCoeff();
   }
+  if (planned_ && candidates_[0].error < kReached) return;
   for (int i = 1; i < count_; ++i) {
     const Candidate& a = candidates_[best_];
     const Candidate& b = candidates_[i];

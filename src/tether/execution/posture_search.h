@@ -19,7 +19,10 @@ class PostureSearch {
 
   /// Starts over from joint positions `q` for the candidates, hand poses in the base frame (at most
   /// kMaxCandidates).
-  void Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int count);
+  /// With `witness`, joint positions that a plan gives for about the first candidate, the search for that one
+  /// begins there and stays near, and it is taken if it is reached: the arm was planned to stand so.
+  void Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int count,
+             const Eigen::VectorXd* witness = nullptr);
   /// One iteration for each candidate. Allocates nothing.
   void Advance();
   bool done() const { return iteration_ >= kIterations; }
@@ -53,6 +56,7 @@ class PostureSearch {
   int count_ = 0;
   int iteration_ = kIterations;
   int best_ = 0;
+  bool planned_ = false;
 };
 
 }  // namespace tether::execution

@@ -111,7 +111,7 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
   // Turning the hand would turn what it holds.
   const bool choose = step().tool == kNone && held_ == kNone && !step().push && verb_ == step().first_reach;
   const math::Pose candidates[] = {choose ? X_BTool : X_BTool * X_ToolHand_, X_BTool * HalfTurn()};
-  posture_search_.Start(state_.q(), candidates, choose ? 2 : 1);
+  posture_search_.Start(state_.q(), candidates, choose ? 2 : 1, recovering_ ? nullptr : &plan_step().q);
   now_.phase = choose ? 0 : 1;
 
   now_.X_TH_start = reference_.X_TR();

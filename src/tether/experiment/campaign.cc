@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "tether/common/error.h"
+#include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/campaign_scene.h"
 #include "tether/experiment/plan_output.h"
 
@@ -14,13 +15,20 @@ namespace tether::experiment {
 namespace {
 
 constexpr int kIpoptScenes = 50;
+constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
 
 bool Stopped(const CampaignOptions& options) { return options.stop != nullptr && options.stop->load(); }
 
 int ScenesOf(const CampaignOptions& options) {
   if (options.scenes) return *options.scenes;
+  if (options.name == "execution") return kExecutedScenes;
   return options.name == "robustness" ? 1000 : options.name == "growth" ? 1 : 100;
+}
+
+std::vector<std::string> KindsOf(const std::string& campaign) {
+  if (campaign == "execution") return {"reach", "stack", "clutter"};
+  return {"reach", "stack"};
 }
 
 std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
@@ -32,12 +40,12 @@ std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
     }
     return scenes;
   }
-  for (const char* kind : {"reach", "stack"}) {
+  for (const std::string& kind : KindsOf(options.name)) {
     const auto& kinds = options.kinds;
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
     for (uint64_t i = 0; i < count; ++i) {
       const uint64_t seed = options.seed + i;
-      const bool stack = kind == std::string("stack");
+      const bool stack = kind == "stack";
       scenes.push_back({kind, stack ? 3 + static_cast<int>(seed % 3) : 0, seed});
     }
   }
@@ -51,6 +59,7 @@ std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene
   if (options.name == "quality") return MeasureQuality(scene, measurement);
   if (options.name == "warm") return MeasureWarmStart(scene, measurement);
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
+  if (options.name == "execution") return MeasureExecution(scene, options.no_robot, options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
 }
@@ -71,9 +80,10 @@ class RecordFile {
  public:
   explicit RecordFile(const CampaignOptions& options) : path_(options.output) {
     if (path_.empty()) return;
-    const Value header = OutputHeader("tether.campaign_records/1", options.seed)
-                             .Set("name", options.name)
-                             .Set("restarts", options.restarts);
+    Value header = OutputHeader("tether.campaign_records/1", options.seed)
+                       .Set("name", options.name)
+                       .Set("restarts", options.restarts);
+    if (options.name == "execution") header.Set("no_robot", options.no_robot);
     std::error_code error;
     if (std::filesystem::is_directory(path_, error)) {
       throw InputError("--output: '" + path_ + "' is a folder", "a file");
@@ -159,10 +169,12 @@ class RecordFile {
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> CampaignNames() {
-  return {{"robustness", "how many random scenes are solved, of those that can be; 1000 of each kind"},
-          {"quality", "the cost against the best of random restarts; 100 of each kind"},
-          {"warm", "solving again after an object was moved, from what was found before; 100 of each kind"},
-          {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"}};
+  return {
+      {"robustness", "how many random scenes are solved, of those that can be; 1000 of each kind"},
+      {"quality", "the cost against the best of random restarts; 100 of each kind"},
+      {"warm", "solving again after an object was moved, from what was found before; 100 of each kind"},
+      {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"},
+      {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"}};
 }
 
 void CampaignOptions::Validate() const {
@@ -175,10 +187,16 @@ void CampaignOptions::Validate() const {
   for (const std::string& kind : kinds) {
     if (name == "growth") {
       diagnostics.Add({}, "--kind says nothing to campaign 'growth'", "its scenes are towers of Hanoi");
-    } else if (kind != "reach" && kind != "stack") {
-      diagnostics.Add({}, "--kind is '" + kind + "'", "reach or stack");
+      continue;
     }
+    const std::vector<std::string> kinds_of = KindsOf(name);
+    if (std::find(kinds_of.begin(), kinds_of.end(), kind) == kinds_of.end())
+      diagnostics.Add({}, "--kind is '" + kind + "'",
+                      kinds_of.size() == 2 ? "reach or stack" : JoinAlternatives(kinds_of));
   }
+  if (no_robot && name != "execution")
+    diagnostics.Add({}, "--no-robot says nothing to campaign '" + name + "'",
+                    "it plans without the arm anyway");
   if (scenes && *scenes < 1) diagnostics.Add({}, "--scenes is " + std::to_string(*scenes), "1 or more");
   if (restarts < 1) diagnostics.Add({}, "--restarts is " + std::to_string(restarts), "1 or more");
   if (seed > static_cast<uint64_t>(INT64_MAX) / 2)

@@ -12,23 +12,26 @@
 
 namespace tether::experiment {
 
-/// A question that is asked of many random scenes. Planning is without the arm's reach (`--no-robot`), with
-/// the native solver, in one thread.
+/// A question that is asked of many random scenes. Planning is without the arm (`--no-robot`) but in campaign
+/// `execution`, with the native solver, in one thread.
 struct CampaignOptions {
   std::string name;                ///< One of CampaignNames().
-  std::vector<std::string> kinds;  ///< Of scenes: reach, stack; empty: both. growth takes none.
+  std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter; empty: all of
+                                   ///< them. growth takes none.
   std::optional<int>
-      scenes;          ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
-  int restarts = 100;  ///< Random starts, of every candidate, per scene.
-  uint64_t seed = 1;   ///< Of the first scene; the others follow it.
-  std::string output;  ///< File with a line of JSON per scene; empty: none.
+      scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
+  bool no_robot = false;  ///< Of execution: plan without the arm.
+  int restarts = 100;     ///< Random starts, of every candidate, per scene.
+  uint64_t seed = 1;      ///< Of the first scene; the others follow it.
+  std::string output;     ///< File with a line of JSON per scene; empty: none.
   const std::atomic<bool>* stop = nullptr;
 
   /// Throws InputError naming the options that are wrong.
   void Validate() const;
 };
 
-/// The campaigns, each with one line of explanation: robustness, quality, warm, growth.
+/// The campaigns, each with one line of explanation: robustness, quality, warm, growth,
+/// execution.
 std::vector<std::pair<std::string, std::string>> CampaignNames();
 
 struct CampaignResult {

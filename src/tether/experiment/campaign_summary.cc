@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tether/experiment/campaign.h"
+#include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/process_time.h"
 
@@ -274,10 +275,11 @@ Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& re
   Value rows = Value::Array();
   for (const std::string& kind : kinds) {
     const std::vector<const Value*>& records = by_kind[kind];
-    const Value summary = options.name == "quality"  ? SummarizeQuality(records)
-                          : options.name == "warm"   ? SummarizeWarm(records)
-                          : options.name == "growth" ? SummarizeGrowth(records)
-                                                     : SummarizeRobustness(records);
+    const Value summary = options.name == "execution" ? SummarizeExecution(records)
+                          : options.name == "quality" ? SummarizeQuality(records)
+                          : options.name == "warm"    ? SummarizeWarm(records)
+                          : options.name == "growth"  ? SummarizeGrowth(records)
+                                                      : SummarizeRobustness(records);
     Value row = Value::Object();
     row.Set("kind", kind).Set("scenes", static_cast<int>(records.size()));
     for (const Value::Member& member : summary.members()) row.Set(member.key, member.value);
@@ -295,10 +297,11 @@ std::string CampaignTable(const Value& summary) {
   std::string text;
   for (const Value& row : summary.Find("kinds")->items()) {
     text += Text(row, "kind") + ": " +
-            (name == "quality"  ? QualityText(row)
-             : name == "warm"   ? WarmText(row)
-             : name == "growth" ? GrowthText(row)
-                                : RobustnessText(row));
+            (name == "execution" ? ExecutionText(row)
+             : name == "quality" ? QualityText(row)
+             : name == "warm"    ? WarmText(row)
+             : name == "growth"  ? GrowthText(row)
+                                 : RobustnessText(row));
   }
   return text;
 }
@@ -307,6 +310,10 @@ std::string CampaignLine(int number, int count, const Value& record) {
   const std::string progress = std::to_string(number) + " of " + std::to_string(count);
   if (!Solved(record)) {
     return progress + ": " + Text(record, "kind") + ", " + SceneText(record) + Text(record, "status");
+  }
+  if (record.Find("run") != nullptr && Text(record, "run") != "success") {
+    return progress + ": " + Text(record, "kind") + ", " + SceneText(record) + Text(record, "run") + ", " +
+           Text(record, "run_reason");
   }
   return number % 50 == 0 || number == count ? progress : "";
 }

@@ -92,8 +92,6 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
       });
   report.parse_s = loaded.parse_s;
   report.total_s += loaded.parse_s;
-  if (report.ok() && !report.complete && report.message.empty())
-    report.message = "the time limit was reached";
   terminal.Print("\n" + PlanTable(report, terminal));
   return report;
 }

@@ -28,6 +28,7 @@ planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Sce
   acting.model = with_model ? model : nullptr;
   acting.X_WBase = scene.InitialPose(robot->name);
   acting.X_WHand = acting.X_WBase * state.X_BH();
+  if (with_model) acting.q = state.q();
   return acting;
 }
 
@@ -122,6 +123,7 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.robot = MakeActingRobot(scenario, scene, settings.robot && !overrides.no_robot);
   problem.program.weights = {settings.weight_translation, settings.weight_rotation};
   problem.program.home = settings.home;
+  problem.program.witnesses = settings.witnesses;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;
   problem.goal = ChooseGoal(scenario, overrides);

@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <set>
 
 #include "tether/common/log.h"
 #include "tether/constraints/kind.h"
 #include "tether/control/constraint_spec.h"
+#include "tether/experiment/problem.h"
 #include "tether/experiment/region_domain.h"
 #include "tether/experiment/scene_reader.h"
 #include "tether/ltl/cosafe.h"
 #include "tether/ltl/parser.h"
 #include "tether/planning/action_reader.h"
+#include "tether/planning/within_reach.h"
 
 namespace tether::experiment {
 namespace {
@@ -104,6 +107,7 @@ class ScenarioParser {
     if (const Value* perturb = reader.Optional("perturb")) ReadPerturb(*perturb);
     if (const Value* events = reader.Optional("events")) ReadEventList(*events);
     reader.Finish();
+    if (within_reach_ != nullptr && scenario_.problem != nullptr) StateReach();
     diagnostics_.ThrowIfAny();
     return std::move(scenario_);
   }
@@ -209,6 +213,8 @@ class ScenarioParser {
     const Value* goal = reader.Optional("goal");
     if (reader.Optional("max_actions") != nullptr)
       task.max_actions = ReadCount(reader, "max_actions", kMaxActions, 1, "a whole number above zero");
+    within_reach_ = reader.Optional("within_reach");
+    if (within_reach_ != nullptr) task.within_reach = reader.TextList("within_reach");
     reader.Finish();
     if ((domain == nullptr) != (problem == nullptr)) {
       diagnostics_.Add(value.where(), std::string("'task' has no '") + (domain ? "problem" : "domain") + "'",
@@ -239,6 +245,48 @@ class ScenarioParser {
                                                        const std::string& problem) const {
     if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
     return symbolic::ParseProblem(TextOf(problem), problem, symbolic::ParseDomain(TextOf(domain), domain));
+  }
+
+  /// Adds to the initial state what the arm reaches, for the predicates of `within_reach`.
+  void StateReach() {
+    auto problem = std::make_shared<symbolic::Problem>(*scenario_.problem);
+    const scene::Robot* robot = ActingRobot(scenario_.scene);
+    if (robot == nullptr || !scenario_.models.contains(robot->name)) {
+      diagnostics_.Add(within_reach_->where(), "'within_reach' asks for an arm, and there is none",
+                       "a robot under 'robots'");
+      return;
+    }
+    std::vector<std::string> unary;
+    for (const auto& predicate : problem->domain->predicates) {
+      if (predicate.parameters.size() == 1) unary.push_back(predicate.name);
+    }
+    for (const std::string& name : scenario_.task.within_reach) {
+      const int index = problem->domain->FindPredicate(name);
+      if (index < 0 || problem->domain->predicates[static_cast<size_t>(index)].parameters.size() != 1) {
+        diagnostics_.Add(within_reach_->where(),
+                         "'within_reach' names '" + name + "', which is no predicate of one parameter",
+                         SuggestFrom(name, unary));
+        continue;
+      }
+      for (const symbolic::Fact& fact : problem->init) {
+        if (fact.predicate != index) continue;
+        diagnostics_.Add(fact.where,
+                         ":init states '" + name + "', which 'within_reach' of " + scenario_.path +
+                             " takes from the arm's reach",
+                         "one of the two");
+      }
+      if (!diagnostics_.empty()) continue;
+      const auto& types = problem->domain->predicates[static_cast<size_t>(index)].parameters[0].types;
+      for (size_t i = 0; i < problem->objects.size(); ++i) {
+        const std::string& object = problem->objects[i].name;
+        if (scenario_.scene.FindObject(object) != nullptr &&
+            problem->domain->Fits(problem->objects[i].types, types) &&
+            planning::WithinReach(*scenario_.models.at(robot->name), scenario_.scene.InitialPose(robot->name),
+                                  scenario_.scene, object))
+          problem->init.push_back({index, {static_cast<int>(i)}, within_reach_->where()});
+      }
+    }
+    scenario_.problem = std::move(problem);
   }
 
   /// `{pddl: (…)}`, `{ltl: …, semantics: …}`, or a temporal formula alone.
@@ -391,6 +439,7 @@ class ScenarioParser {
     }
     planning.home = reader.Bool("home", planning.home);
     planning.robot = reader.Bool("robot", planning.robot);
+    planning.witnesses = reader.Bool("witnesses", planning.witnesses);
     planning.max_plans =
         ReadCount(reader, "max_plans", planning.max_plans, 0, "a number of plans; 0: no limit");
     planning.threads =
@@ -452,6 +501,7 @@ class ScenarioParser {
   std::map<std::string, Location> where_;  ///< Where the scene's names were written.
   bool has_actions_ = false;               ///< There is a list of libraries.
   bool libraries_read_ = true;             ///< None of those named is missing or broken.
+  const Value* within_reach_ = nullptr;    ///< The key of the task.
   Diagnostics diagnostics_;
   Scenario scenario_;
 };

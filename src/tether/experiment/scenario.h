@@ -31,6 +31,8 @@ struct Task {
   std::string problem;               ///< Path of the PDDL problem; empty: none.
   std::string ltl;                   ///< A temporal goal; empty: none.
   std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
+  /// Predicates of one parameter that hold at the start for exactly what the arm reaches.
+  std::vector<std::string> within_reach;
   /// None: kMaxActions, or no limit where plans have no poses to be optimised.
   std::optional<int> max_actions;
   Location where;
@@ -48,6 +50,7 @@ struct PlanningSettings {
   double weight_rotation = 1.5;                        ///< β, on θ² in rad².
   bool home = true;                                    ///< First and last key pose are the hand's start.
   bool robot = true;                                   ///< Reach and grasp of the robot constrain the plan.
+  bool witnesses = false;                              ///< Each key pose needs a configuration of the arm.
   int max_plans = 0;                                   ///< Ends after so many candidates; 0: no limit.
   int threads = 0;                                     ///< 0: as many as there are processors.
   double time_limit_s = 0;                             ///< Wall clock; 0: no limit.

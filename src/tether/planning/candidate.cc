@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "tether/common/log.h"
+#include "tether/planning/hand_bounds.h"
 #include "tether/planning/ways.h"
+#include "tether/planning/witness_rows.h"
 
 namespace tether::planning {
 namespace {
@@ -59,6 +61,13 @@ class CandidateRun {
   }
 
   CandidateReport Run() {
+    const auto refutation =
+        NeedsWitnesses(problem_) ? RefuteByReach(facts_, steps_) : std::optional<ReachRefutation>();
+    if (refutation) {
+      NoteRefutation({refutation->reason}, refutation->action_index);
+      Conclude();
+      return std::move(report_);
+    }
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
     const Way first = DescribeWay(facts_, {}, key_poses);
     if (first.promising && Try(first, key_poses)) {
@@ -221,8 +230,8 @@ class CandidateRun {
 
   /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
   bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
-    const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses);
-    const bool accepted = check.Feasible(problem_.program);
+    const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses, JointsOf(key_poses.witnesses));
+    const bool accepted = check.Feasible(problem_.program) && AllWitnessed(facts_, key_poses);
     // What the program asks beyond the checker (room to spare) is given up only if it can't be had.
     const bool kept = KeepsRows(result);
     const double violation = !accepted ? kRejected + check.max_violation_m + check.max_violation_rad
@@ -231,7 +240,7 @@ class CandidateRun {
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
-      ReportKeyPoses(problem_, actions_, steps_, result.x.poses, check, report_);
+      ReportKeyPoses(problem_, actions_, steps_, result.x.poses, key_poses.witnesses, check, report_);
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();
@@ -241,14 +250,14 @@ class CandidateRun {
         optimum_ =
             std::make_shared<Optimum>(Optimum{actions_, steps_, std::move(key_poses), result.warm_start});
       } else {
-        NameBlocking(key_poses.program, result, check);
+        NameBlocking(key_poses, result, check);
       }
     }
     return accepted && kept;
   }
 
   /// What can't hold together: by the solver, and by the checker.
-  void NameBlocking(const nlp::Program& program, const nlp::Result& result, const CheckResult& check) {
+  void NameBlocking(const KeyPoseProgram& key_poses, const nlp::Result& result, const CheckResult& check) {
     const auto name = [&](int step, const std::string& text) {
       blocking_steps_.insert(step);
       std::vector<std::string>& all = report_.blocking;
@@ -256,8 +265,12 @@ class CandidateRun {
         all.push_back(text);
     };
     for (const int term : result.blocking_terms) {
-      const nlp::Residual& residual = *program.terms()[static_cast<size_t>(term)].residual;
+      const nlp::Residual& residual = *key_poses.program.terms()[static_cast<size_t>(term)].residual;
       name(residual.step(), residual.name());
+    }
+    for (size_t t = 0; t < key_poses.witnesses.size(); ++t) {
+      const std::string& problem = key_poses.witnesses[t].problem;
+      if (!problem.empty()) name(static_cast<int>(t), steps_[t].action + ": " + problem);
     }
     for (const CheckFinding& finding : check.findings) {
       const ProgramOptions& options = problem_.program;

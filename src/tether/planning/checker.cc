@@ -4,10 +4,12 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <set>
 
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
+#include "tether/planning/arm_checker.h"
 #include "tether/planning/clearances.h"
 #include "tether/planning/hand_path.h"
 #include "tether/planning/relaxed.h"
@@ -97,6 +99,7 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
   }
   FrameTree tree(problem.scene, problem.robot.X_WHand);
   std::vector<Pose> poses;
+  std::vector<Eigen::VectorXd> q;
   for (size_t t = 0; t < steps.size(); ++t) {
     const StepSchema& schema = steps[t].schema;
     const PlanStep& step = plan.steps[t];
@@ -110,13 +113,14 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
                        "' on what hangs on it");
     }
     poses.push_back(step.X_TC);
+    q.push_back(step.q);
   }
   if (IsRelaxed(problem, plan.actions)) return CheckRelaxedPlan(problem, steps, plan);
-  return CheckKeyPoses(SceneFacts(problem), steps, poses);
+  return CheckKeyPoses(SceneFacts(problem), steps, poses, q);
 }
 
 CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
-                          const std::vector<Pose>& poses) {
+                          const std::vector<Pose>& poses, const std::vector<Eigen::VectorXd>& q) {
   const Problem& problem = facts.problem();
   CheckResult result;
   Collector collector(result);
@@ -126,6 +130,8 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     assert(hangs);
   }
 
+  std::optional<ArmChecker> arm;
+  if (problem.robot.model != nullptr && !q.empty()) arm.emplace(facts);
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
   const constraints::Memo memo;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
@@ -151,6 +157,8 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     const Pose X_WHand = tree.PoseAt(kHand, t, poses);
     if (problem.robot.model != nullptr)
       collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand));
+    if (arm && static_cast<size_t>(t) < q.size() && q[static_cast<size_t>(t)].size() > 0)
+      arm->Check(tree, poses, t, X_WHand, q[static_cast<size_t>(t)], collector);
     result.X_WHand.push_back(X_WHand);
   }
   result.cost = CostOfHand(problem, result.X_WHand).total();

@@ -40,7 +40,9 @@ struct CheckResult {
 CheckResult CheckPlan(const Problem& problem, const Plan& plan);
 /// The same for a bound skeleton and the poses of its steps' control frames in their targets, which hang on
 /// nothing that hangs on them.
+/// `q` are the arm's joints at each key pose, which shall witness that the arm can take it; where there are
+/// none, that is not judged.
 CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
-                          const std::vector<math::Pose>& poses);
+                          const std::vector<math::Pose>& poses, const std::vector<Eigen::VectorXd>& q = {});
 
 }  // namespace tether::planning

@@ -4,16 +4,21 @@
 #include <limits>
 #include <utility>
 
+#include "tether/planning/witness_rows.h"
+
 namespace tether::planning {
 namespace {
 
 constexpr int kClearanceRounds = 8;
+// Key poses that violate their rows by more than this need no witnesses, m.
+constexpr double kNearlyFeasible = 0.01;
 
 }  // namespace
 
 void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
-                    const CheckResult& check, CandidateReport& report) {
+                    const std::vector<Witness>& witnesses, const CheckResult& check,
+                    CandidateReport& report) {
   Plan plan;
   plan.scenario = problem.title;
   plan.robot = problem.robot.name;
@@ -22,12 +27,22 @@ void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& acti
     const BoundStep& step = steps[t];
     plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, poses[t],
                           step.schema.execute});
+    if (t < witnesses.size() && witnesses[t].found) plan.steps.back().q = witnesses[t].q;
   }
   plan.cost = check.cost;
   report.plan = std::move(plan);
   report.max_violation_m = check.max_violation_m;
   report.max_violation_rad = check.max_violation_rad;
   report.reason = check.Worst();
+  for (size_t t = witnesses.size(); t-- > 0;) {
+    if (!witnesses[t].problem.empty()) report.reason = steps[t].action + ": " + witnesses[t].problem;
+  }
+}
+
+std::vector<Eigen::VectorXd> JointsOf(const std::vector<Witness>& witnesses) {
+  std::vector<Eigen::VectorXd> q;
+  for (const Witness& witness : witnesses) q.push_back(witness.q);
+  return q;
 }
 
 bool KeepsRows(const nlp::Result& result) {
@@ -55,7 +70,14 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     const bool solved =
         static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() && KeepsRows(result);
     // More rows don't help what fails with few.
-    if (spent || !solved || !AddMissingClearances(facts, steps, result.x.poses, near, key_poses))
+    if (spent || !solved) {
+      if (result.max_violation_m < kNearlyFeasible && result.x.poses.size() == steps.size())
+        FindWitnesses(facts, steps, result.x, key_poses);
+      return result;
+    }
+    key_poses.guess.vectors = result.x.vectors;
+    if (!AddMissingClearances(facts, steps, result.x.poses, near, key_poses) &&
+        !AddMissingWitnesses(facts, steps, result.x, key_poses))
       return result;
     from = std::move(result.warm_start);
     warm = &from;
@@ -78,9 +100,11 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
     report.plan.actions = optimum.actions;
     report.reason = limits.Over() ? "the time limit was reached" : "the solver did not converge";
   } else {
-    const CheckResult check = CheckKeyPoses(facts, optimum.steps, result.x.poses);
-    ReportKeyPoses(problem, optimum.actions, optimum.steps, result.x.poses, check, report);
-    if (check.Feasible(problem.program)) {
+    const CheckResult check =
+        CheckKeyPoses(facts, optimum.steps, result.x.poses, JointsOf(key_poses.witnesses));
+    ReportKeyPoses(problem, optimum.actions, optimum.steps, result.x.poses, key_poses.witnesses, check,
+                   report);
+    if (check.Feasible(problem.program) && AllWitnessed(facts, key_poses)) {
       report.status = CandidateStatus::kFeasible;
       report.reason.clear();
     }

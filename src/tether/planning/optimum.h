@@ -22,13 +22,16 @@ struct Optimum {
 /// Writes the plan that these key poses are, and what the checker says of it, to `report`.
 void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
-                    const CheckResult& check, CandidateReport& report);
+                    const std::vector<Witness>& witnesses, const CheckResult& check, CandidateReport& report);
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
 /// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes
 /// at most `max_iterations`, or what the problem's options say if that is less.
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
                           int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
+
+/// The configurations, one per witness.
+std::vector<Eigen::VectorXd> JointsOf(const std::vector<Witness>& witnesses);
 
 /// The result keeps every row of its program, up to a tenth of what the checker lets pass.
 bool KeepsRows(const nlp::Result& result);

@@ -17,6 +17,9 @@ struct PlanStep {
   std::string target;    ///< A frame: an object, or "world".
   math::Pose X_TC;       ///< Pose of the control frame in the target frame.
   std::vector<Verb> execute;
+  /// The arm's joints, rad, in one configuration that has the hand there, as far as the plan knows: evidence
+  /// that it can be had, and where the controller's posture begins. Empty: not known.
+  Eigen::VectorXd q = {};
   bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
 };
 

@@ -234,6 +234,7 @@ class PlanParser {
     } else {
       ReadPoseOf(reader, step);
     }
+    if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
     if (const Value* execute = reader.Optional("execute")) {
       if (!execute->is_array()) {
         diagnostics_.Add(execute->where(), "'execute' of step is " + execute->KindName(), "a list of verbs");
@@ -244,6 +245,12 @@ class PlanParser {
     }
     reader.Finish();
     return step;
+  }
+
+  Eigen::VectorXd ReadJoints(const Value& value, const Plan& plan) {
+    const scene::Robot* robot = scene_.FindRobot(plan.robot);
+    const size_t n = robot != nullptr && !robot->q.empty() ? robot->q.size() : value.items().size();
+    return ReadVector(value, static_cast<int>(n), "'q' of step", diagnostics_).value_or(Eigen::VectorXd());
   }
 
   void ReadPoseOf(ObjectReader& reader, PlanStep& step) {
@@ -307,6 +314,7 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   value.Set("control", step.control).Set(step.target_is_region ? "region" : "target", step.target);
   if (!step.target_is_region)
     value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
+  if (step.q.size() > 0) value.Set("q", Value(step.q));
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));

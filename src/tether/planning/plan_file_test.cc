@@ -52,6 +52,7 @@ Plan MakePlan() {
                   0.001,
                   0.1 / 3,
                   true,
+                  0.07,
                   "plane_distance",
                   ParseYaml("[tilt: {max: 1}]", "")};
   plan.steps.push_back(
@@ -61,6 +62,7 @@ Plan MakePlan() {
        "table",
        math::Pose(),
        {reach, WaitVerb{0.1}, GripperVerb{"", 13.5}, ShiftVerb{{1, 2, 3}, In::kHand, 0.07}}});
+  plan.steps[0].q = Eigen::Vector3d(0.1, -1.0 / 3, 2e-17);
   return plan;
 }
 

@@ -177,6 +177,8 @@ void Planner::Conclude() {
     report_.status = PlanStatus::kSolved;
     if (!report_.complete && enough && !limits_.Over())
       report_.message = "of the shortest candidates these are the best; longer ones were not compared";
+    else if (!report_.complete)
+      report_.message = task::Describe(limits_.Over() ? task::SearchStatus::kTimeLimit : ended);
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
   } else if (all_seen && all_proved) {

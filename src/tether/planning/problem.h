@@ -23,6 +23,7 @@ struct ActingRobot {
   std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
   math::Pose X_WBase;
   math::Pose X_WHand;  ///< Where the hand is at the start.
+  Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
 };
 
 /// How much each part of the objective weighs. Paper A, eq. (4).
@@ -41,6 +42,8 @@ struct ProgramOptions {
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
+  /// Key poses need configurations of the arm as witnesses, and what is out of its reach is refuted.
+  bool witnesses = false;
   int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.

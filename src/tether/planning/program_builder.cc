@@ -187,7 +187,7 @@ bool AddMissingClearances(const SceneFacts& facts, const std::vector<BoundStep>&
   std::vector<Exemption> exemptions;
   ProgramSink sink(key_poses, exemptions);
   AddClearances(facts, steps, key_poses.clearances->TakeNear(key_poses.tree, poses, near), sink);
-  key_poses.guess = {poses, {}, key_poses.tree.parameters()};
+  key_poses.guess = {poses, key_poses.guess.vectors, key_poses.tree.parameters()};
   return true;
 }
 

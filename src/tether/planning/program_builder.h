@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,8 +13,17 @@
 #include "tether/planning/clearances.h"
 #include "tether/planning/skeleton_binding.h"
 #include "tether/planning/step_context.h"
+#include "tether/planning/witness.h"
 
 namespace tether::planning {
+
+/// The arm's joints at one key pose as variables of a program.
+struct JointBlock {
+  int step;
+  int vector;  ///< Index of the block.
+  /// Pairs that have a row: solid and part of the arm; then, of the scene or of the arm, solid and part.
+  std::set<std::array<int, 5>> rows;
+};
 
 /// The program of one candidate in one variant (a way to make its discrete choices).
 struct KeyPoseProgram {
@@ -24,6 +35,10 @@ struct KeyPoseProgram {
   /// The first action that is impossible after those before it, whatever the variant; −1: none.
   int refuted_action = -1;
   std::optional<Clearances> clearances;  ///< Of the program; none if it has no rows.
+  /// Of the arm, per key pose, at the poses that the program was last solved for; empty without an arm.
+  std::vector<Witness> witnesses = {};
+  /// Where key poses alone did not lead to witnesses: the steps whose joints are variables of the program.
+  std::vector<JointBlock> joints = {};
 };
 
 /// Which way to take at each choice, by its key; the best one where a key is missing.

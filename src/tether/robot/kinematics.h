@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,6 +28,13 @@ struct Chain {
   int dof() const { return static_cast<int>(joints.size()); }
 };
 
+struct OuterReach;
+
+/// A ball about the base that a point of the hand never leaves. Consecutive axes are rigidly connected, so a
+/// path that goes from axis to axis along straight lines between points fixed on them keeps the lengths of
+/// its pieces; the points are those that make it shortest.
+OuterReach FindOuterReach(const Chain& chain);
+
 /// A rigid body of the arm as a solid, in its link's frame. Fingers and the hand's own body are not among
 /// them: Model::HandShape() stands for both.
 struct LinkSolid {
@@ -45,9 +53,43 @@ struct ArmSolids {
   int hand() const { return static_cast<int>(links.size()); }
 };
 
-/// Where the arm's links are in one configuration, for optimisers and velocity control: the mutable part, one
-/// per thread. Poses and Jacobians are in the base frame B. Allocates nothing after construction, and takes a
-/// fraction of a microsecond where State, which also knows the dynamics, takes several.
+/// No arm has more joints.
+inline constexpr int kMostJoints = 16;
+
+/// Where the links of a chain are in one configuration: a value that allocates nothing. Poses and Jacobians
+/// are in the base frame B.
+class LinkPoses {
+ public:
+  using RowRef = Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>>;
+
+  /// `chain` must outlive this; `q` are its joint positions, n, rad.
+  LinkPoses(const Chain& chain, const Eigen::Ref<const Eigen::VectorXd>& q) : chain_(&chain) { Set(q); }
+  void Set(const Eigen::Ref<const Eigen::VectorXd>& q);
+
+  int dof() const { return chain_->dof(); }
+  /// Pose of link frame Li; i from 0 (the base) to n.
+  const math::Pose& X_BL(int link) const { return X_BL_[static_cast<size_t>(link)]; }
+  const math::Pose& X_BH() const { return X_BH_; }
+
+  /// Writes the 6 × n Jacobian of the hand: (velocity of its origin; angular velocity) is J v. As
+  /// State::J_BH().
+  void HandJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// Writes the derivative in q, 6 × n, of the hand's pose as a right perturbation X_BH · Exp(δ).
+  void HandBodyJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// Writes the 3 × n Jacobian of the velocity of a point fixed to a link, given where it is now.
+  void PointJacobian(int link, const Eigen::Vector3d& p_BQ, Eigen::Ref<Eigen::MatrixXd> J) const;
+  /// Writes the derivative in q, 1 × n, of n_B · p_BQ for a point fixed to a link: what a distance needs
+  /// whose normal is n_B.
+  void AlongNormal(int link, const Eigen::Vector3d& p_BQ, const Eigen::Vector3d& n_B, RowRef row) const;
+
+ private:
+  const Chain* chain_;
+  std::array<math::Pose, kMostJoints + 1> X_BL_;
+  math::Pose X_BH_;
+};
+
+/// The same for the arm of a model, set again and again: for optimisers and velocity control, one per thread.
+/// A fraction of a microsecond, where State, which also knows the dynamics, takes several.
 class Kinematics {
  public:
   /// Set to the model's home.
@@ -57,35 +99,31 @@ class Kinematics {
   void Set(const Eigen::Ref<const Eigen::VectorXd>& q);
 
   const Model& model() const { return *model_; }
-  int dof() const { return static_cast<int>(joints_.size()); }
+  int dof() const { return poses_.dof(); }
   const Eigen::VectorXd& q() const { return q_; }
-  /// Pose of link frame Li; i from 0 (the base) to n.
-  const math::Pose& X_BL(int link) const { return X_BL_[static_cast<size_t>(link)]; }
-  const math::Pose& X_BH() const { return X_BH_; }
+  const math::Pose& X_BL(int link) const { return poses_.X_BL(link); }
+  const math::Pose& X_BH() const { return poses_.X_BH(); }
   /// A solid of the model's ArmSolids, or of the hand for index hand(): the pose of the frame that its shape
   /// is given in.
   const math::Pose& X_BSolid(int solid) const;
-
-  /// Writes the 6 × n Jacobian of the hand: (velocity of its origin; angular velocity) is J v. As
-  /// State::J_BH().
-  void HandJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
-  /// Writes the 3 × n Jacobian of the velocity of a point fixed to a link, given where it is now.
-  void PointJacobian(int link, const Eigen::Vector3d& p_BQ, Eigen::Ref<Eigen::MatrixXd> J) const;
-  /// The derivative in q, 1 × n, of n_B · p_BQ for a point fixed to a link: what a distance needs whose
-  /// normal is n_B.
-  void AlongNormal(int link, const Eigen::Vector3d& p_BQ, const Eigen::Vector3d& n_B,
-                   Eigen::Ref<Eigen::RowVectorXd> row) const;
-  /// The derivative in q, 6 × n, of the hand's pose as a right perturbation X_BH · Exp(δ).
-  void HandBodyJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
   /// The link that a solid is fixed to; the hand's is the last one.
   int LinkOf(int solid) const;
 
+  /// As in LinkPoses.
+  void HandJacobian(Eigen::Ref<Eigen::MatrixXd> J) const { poses_.HandJacobian(J); }
+  void HandBodyJacobian(Eigen::Ref<Eigen::MatrixXd> J) const { poses_.HandBodyJacobian(J); }
+  void PointJacobian(int link, const Eigen::Vector3d& p_BQ, Eigen::Ref<Eigen::MatrixXd> J) const {
+    poses_.PointJacobian(link, p_BQ, J);
+  }
+  void AlongNormal(int link, const Eigen::Vector3d& p_BQ, const Eigen::Vector3d& n_B,
+                   LinkPoses::RowRef row) const {
+    poses_.AlongNormal(link, p_BQ, n_B, row);
+  }
+
  private:
   std::shared_ptr<const Model> model_;
-  std::vector<Chain::Joint> joints_;
   Eigen::VectorXd q_;
-  std::vector<math::Pose> X_BL_;  // n + 1
-  math::Pose X_BH_;
+  LinkPoses poses_;
 };
 
 }  // namespace tether::robot

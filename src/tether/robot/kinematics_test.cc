@@ -1,5 +1,6 @@
 #include "tether/robot/kinematics.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include "tether/common/value.h"
 #include "tether/geometry/distance.h"
 #include "tether/robot/model.h"
+#include "tether/robot/posture.h"
 
 namespace tether::robot {
 namespace {
@@ -210,6 +212,18 @@ TEST_P(KinematicsTest, JacobiansAreDerivatives) {
   }
 }
 
+TEST_P(KinematicsTest, NothingIsBeyondTheOuterReach) {
+  Kinematics kinematics(model_);
+  const OuterReach& reach = model_->outer_reach();
+  double farthest = 0;
+  for (int i = 0; i < 20000; ++i) {
+    kinematics.Set(RandomConfiguration());
+    farthest = std::max(farthest, (kinematics.X_BH() * reach.p_HW - reach.centre).norm());
+  }
+  EXPECT_LE(farthest, reach.radius);
+  EXPECT_GT(farthest, 0.8 * reach.radius);
+}
+
 #ifdef TETHER_COUNTS_ALLOCATIONS
 TEST_P(KinematicsTest, AllocatesNothing) {
   Kinematics kinematics(model_);
@@ -223,6 +237,26 @@ TEST_P(KinematicsTest, AllocatesNothing) {
   kinematics.HandBodyJacobian(J);
   kinematics.PointJacobian(2, Vector3d::Ones(), J_point);
   kinematics.AlongNormal(2, Vector3d::Ones(), Vector3d::UnitX(), row);
+  EXPECT_EQ(heap_allocations, before);
+}
+#endif
+
+#ifdef TETHER_COUNTS_ALLOCATIONS
+TEST_P(KinematicsTest, ASecondSearchForAPostureAllocatesNothing) {
+  PostureSolver solver(model_);
+  Kinematics kinematics(model_);
+  PostureProblem problem;
+  problem.X_BH = kinematics.X_BH() * Pose(Vector3d(0.02, 0.03, 0));
+  problem.rest = model_->home();
+  NarrowLimits(*model_, 0.03, problem.lower, problem.upper);
+  const geometry::Part ball{geometry::Sphere{0.05}, Pose(kinematics.X_BL(3).p)};
+  problem.obstacles.emplace_back(ball, Pose(), true);
+  Posture posture;
+  posture.q = model_->home();
+  solver.Solve(problem, posture);
+  posture.q = model_->home();
+  const long before = heap_allocations;
+  solver.Solve(problem, posture);
   EXPECT_EQ(heap_allocations, before);
 }
 #endif
@@ -245,6 +279,14 @@ TEST_P(KinematicsTest, TheArmAtHomeIsClearOfItself) {
 
 INSTANTIATE_TEST_SUITE_P(Robots, KinematicsTest, testing::Values("panda", "crooked"),
                          [](const auto& robot) { return robot.param; });
+
+// Shoulder to elbow, elbow to wrist, and the wrist's offset: the axes in between change nothing.
+TEST(OuterReachTest, OfThePandaIsTheSumOfItsThreeLengths) {
+  const OuterReach& reach = Model::Load("panda")->outer_reach();
+  EXPECT_NEAR(reach.radius, std::hypot(0.316, 0.0825) + std::hypot(0.384, 0.0825) + 0.088, 1e-4);
+  EXPECT_LT((reach.centre - Vector3d(0, 0, 0.333)).norm(), 1e-3);
+  EXPECT_LT((reach.p_HW - Vector3d(0, 0, -0.2104)).norm(), 1e-3);
+}
 
 TEST(ArmSolidsTest, ThePandasLinksAreThoseOfItsDescription) {
   const auto model = Model::Load("panda");

@@ -232,6 +232,10 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   reader.Finish();
   CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
   CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
+  if (n > kMostJoints) {
+    diagnostics.Add(root.Find("joints")->where(), "'joints' are " + std::to_string(n),
+                    "up to " + std::to_string(kMostJoints) + " joints are accepted");
+  }
   diagnostics.ThrowIfAny();
 
   impl->mjcf_path = (path.parent_path() / mjcf).string();
@@ -301,6 +305,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
   diagnostics.ThrowIfAny();
   impl->chain = std::move(arm.chain);
+  impl->outer_reach = FindOuterReach(impl->chain);
   impl->solids.links = std::move(arm.links);
   const std::shared_ptr<Model> loaded(new Model(std::move(impl)));
   loaded->impl_->solids.pairs = PairsToCheck(loaded, arm.excluded);
@@ -329,6 +334,7 @@ const Eigen::VectorXd& Model::home() const { return impl_->home; }
 const Gripper& Model::gripper() const { return impl_->gripper; }
 const Reach& Model::reach() const { return impl_->reach; }
 const Chain& Model::chain() const { return impl_->chain; }
+const OuterReach& Model::outer_reach() const { return impl_->outer_reach; }
 const ArmSolids& Model::solids() const { return impl_->solids; }
 const std::string& Model::mjcf() const { return impl_->mjcf; }
 const std::string& Model::mjcf_path() const { return impl_->mjcf_path; }

@@ -46,6 +46,14 @@ struct Reach {
   double max = 0;                                        ///< m
 };
 
+/// Where the hand can be at most, proved from the lengths of the links alone: a point fixed in the hand is
+/// never further than `radius` from `centre`, fixed in the base frame.
+struct OuterReach {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< On the first joint's axis, m.
+  Eigen::Vector3d p_HW = Eigen::Vector3d::Zero();    ///< On the last joint's axis, in the hand frame, m.
+  double radius = 0;                                 ///< m
+};
+
 /// One arm with its gripper: an immutable model, shared freely between threads. Kinematics and dynamics come
 /// from MuJoCo; what changes per configuration lives in State.
 class Model {
@@ -76,6 +84,7 @@ class Model {
 
   /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.
   const Chain& chain() const;
+  const OuterReach& outer_reach() const;
   const ArmSolids& solids() const;
 
   /// The MuJoCo description that the simulation builds on: file text and path.

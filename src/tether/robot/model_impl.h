@@ -39,6 +39,7 @@ struct Model::Impl {
   HandSolid solid;
   Chain chain;
   ArmSolids solids;
+  OuterReach outer_reach;
   std::string mjcf;
   std::string mjcf_path;
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/shape.h"
+#include "tether/math/pose.h"
+#include "tether/nlp/program.h"
+#include "tether/robot/model.h"
+
+namespace tether::constraints {
+
+/// A vector-valued function of the arm's joint positions q and of the poses of a few frames, all given in one
+/// common frame; the first is the robot's base B. It never changes when all poses are moved together. What a
+/// PoseFunction is for objects, for configurations that witness key poses (DESIGN, section 3).
+class ArmFunction {
+ public:
+  virtual ~ArmFunction() = default;
+
+  int size() const { return size_; }
+  int num_frames() const { return num_frames_; }
+  nlp::Unit unit() const { return unit_; }
+  int dof() const { return model_->dof(); }
+
+  /// Writes size() rows to `r`, and if asked for the exact derivatives: `J_q` in q, size() × n, and `J_X` in
+  /// a right perturbation of each pose, size() × 6·num_frames(); both or none. Allocates nothing.
+  virtual void Evaluate(const Eigen::VectorXd& q, std::span<const math::Pose> X, nlp::VectorRef r,
+                        nlp::JacobianRef* J_q, nlp::JacobianRef* J_X) const = 0;
+
+ protected:
+  ArmFunction(std::shared_ptr<const robot::Model> model, int size, int num_frames, nlp::Unit unit)
+      : model_(std::move(model)), size_(size), num_frames_(num_frames), unit_(unit) {}
+  const robot::Model& model() const { return *model_; }
+
+ private:
+  std::shared_ptr<const robot::Model> model_;
+  int size_;
+  int num_frames_;
+  nlp::Unit unit_;
+};
+
+using ArmFunctionPtr = std::shared_ptr<const ArmFunction>;
+
+/// Frames (B, H). Where the frame H is in the hand that q gives: 3 rows, m; zero where the hand is there.
+ArmFunctionPtr MakeHandPosition(std::shared_ptr<const robot::Model> model);
+
+/// Frames (B, H). The rotation vector of H in the hand that q gives: 3 rows, rad.
+ArmFunctionPtr MakeHandRotation(std::shared_ptr<const robot::Model> model);
+
+/// Frames (B, A). distance − (signed distance of a part of a link from a part of A): 1 row, m. `solid` is an
+/// index in ArmSolids::links.
+ArmFunctionPtr MakeLinkClearance(std::shared_ptr<const robot::Model> model, int solid, int part,
+                                 geometry::Part other, double distance);
+
+/// Frames (B). distance − (signed distance of two parts of the arm): 1 row, m. Indices of solids as in
+/// ArmSolids::pairs.
+ArmFunctionPtr MakeSelfClearance(std::shared_ptr<const robot::Model> model, int solid_a, int part_a,
+                                 int solid_b, int part_b, double distance);
+
+}  // namespace tether::constraints

@@ -1,0 +1,137 @@
+// Scenes that PDDL allows and the arm does not, and one in which only the arm knows that a tool is needed.
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/experiment/generate.h"
+#include "tether/experiment/problem.h"
+#include "tether/planning/checker.h"
+#include "tether/planning/problem.h"
+
+namespace tether::experiment {
+namespace {
+
+using planning::PlanReport;
+using planning::PlanStatus;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+// Nothing in it speaks of where the hand reaches.
+constexpr const char* kDomain = R"((define (domain arm)
+  (:requirements :strips :typing :negative-preconditions :equality)
+  (:types thing)
+  (:predicates (inhand ?a - thing) (free) (on ?a ?b - thing) (can_move ?a - thing) (tool ?a - thing)
+    (near ?a - thing) (pulled ?a - thing))
+  (:action pick :parameters (?a - thing) :precondition (and (free) (can_move ?a))
+    :effect (and (inhand ?a) (not (free))))
+  (:action place :parameters (?a ?b - thing) :precondition (and (inhand ?a) (not (can_move ?b)))
+    :effect (and (on ?a ?b) (free) (not (inhand ?a))))
+  (:action push :parameters (?a ?b ?c - thing)
+    :precondition (and (inhand ?a) (tool ?a) (can_move ?b) (not (= ?a ?b)) (on ?b ?c) (not (pulled ?b)))
+    :effect (pulled ?b))))";
+
+constexpr const char* kHook = R"(
+  hook:
+    mass: 0.1
+    pose: {parent: table, position: [0.4, 0.3, 0.26]}
+    shape:
+    - capsule: {radius: 0.01, length: 0.25}
+      pose: {position: [-0.09, 0.05, 0], rpy: [0, 1.5708, 0]}
+    - capsule: {radius: 0.01, length: 0.10}
+      pose: {position: [0.035, 0, 0], rpy: [1.5708, 0, 0]})";
+
+/// `things`: more objects, beside a table in front of a Panda. `task`: more keys of the task.
+Scenario Load(const std::string& things, const std::string& objects, const std::string& init,
+              const std::string& goal, int max_actions, const std::string& task = "") {
+  GeneratedScenario texts;
+  texts.scenario = R"(format: tether.scenario/1
+title: arm
+seed: 1
+robots:
+  panda: {model: panda}
+objects:
+  table:
+    shape: {box: [3.0, 1.6, 0.5]}
+    pose: {position: [0.9, 0, -0.25]})" +
+                   things + R"(
+task:
+  domain: domain.pddl
+  problem: problem.pddl
+  max_actions: )" + std::to_string(max_actions) +
+                   task + "\nactions: [manipulation]\nplanning: {witnesses: true}\n";
+  texts.domain = kDomain;
+  texts.problem = "(define (problem arm) (:domain arm) (:objects table " + objects +
+                  " - thing) (:init (free) " + init + ") (:goal " + goal + "))";
+  return LoadGenerated(texts);
+}
+
+std::string Block(const std::string& name, const std::string& size, const std::string& position,
+                  bool movable = true) {
+  return "\n  " + name + ":\n    shape: {box: " + size + "}\n    pose: {position: " + position + "}" +
+         (movable ? "\n    mass: 0.1" : "");
+}
+
+PlanReport Plan(const Scenario& scenario) {
+  PlanningOverrides overrides;
+  overrides.threads = 1;
+  return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+}
+
+TEST(ArmScenesTest, ABoxBeyondReachWithoutAToolIsImpossible) {
+  const PlanReport report = Plan(Load(Block("box", "[0.05, 0.05, 0.05]", "[1.0, 0, 0.025]"), "box",
+                                      "(can_move box) (on box table)", "(inhand box)", 3));
+  EXPECT_EQ(report.status, PlanStatus::kImpossible);
+  EXPECT_THAT(report.message, MatchesRegex(".*pick\\(box\\): [0-9.]+ cm beyond reach"));
+}
+
+TEST(ArmScenesTest, ABoxBeyondTheHooksReachEndsWithoutAPlan) {
+  const PlanReport report = Plan(
+      Load(Block("box", "[0.05, 0.05, 0.05]", "[1.6, 0, 0.025]") + kHook, "box hook",
+           "(can_move box) (can_move hook) (tool hook) (on box table) (on hook table)", "(inhand box)", 4));
+  EXPECT_TRUE(report.status == PlanStatus::kImpossible || report.status == PlanStatus::kGaveUp);
+  EXPECT_THAT(report.message, HasSubstr("beyond reach"));
+}
+
+TEST(ArmScenesTest, AShelfTooHighIsImpossible) {
+  const PlanReport report = Plan(Load(Block("box", "[0.05, 0.05, 0.05]", "[0.5, 0.2, 0.025]") +
+                                          Block("shelf", "[0.3, 0.3, 0.02]", "[0.5, -0.2, 1.1]", false),
+                                      "box shelf", "(can_move box) (on box table)", "(on box shelf)", 3));
+  EXPECT_NE(report.status, PlanStatus::kSolved);
+  EXPECT_THAT(report.message, MatchesRegex(".*place\\(box,shelf\\): [0-9.]+ cm beyond reach"));
+}
+
+TEST(ArmScenesTest, ABlockTooWideIsImpossible) {
+  const PlanReport report = Plan(Load(Block("box", "[0.1, 0.1, 0.05]", "[0.5, 0.2, 0.025]"), "box",
+                                      "(can_move box) (on box table)", "(inhand box)", 3));
+  EXPECT_EQ(report.status, PlanStatus::kImpossible);
+  EXPECT_THAT(report.message,
+              HasSubstr("box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
+}
+
+TEST(ArmScenesTest, ATargetUnderAnOverhangIsTold) {
+  const PlanReport report = Plan(Load(Block("box", "[0.05, 0.05, 0.05]", "[0.5, 0, 0.025]") +
+                                          Block("roof", "[0.6, 0.6, 0.02]", "[0.5, 0, 0.25]", false),
+                                      "box roof", "(can_move box) (on box table)", "(inhand box)", 3));
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp);
+  EXPECT_THAT(report.message, AllOf(HasSubstr("pick(box)"), HasSubstr("roof")));
+}
+
+TEST(WithinReachTest, MistakesAreExplained) {
+  const auto error = [](const std::string& init, const std::string& key) -> std::string {
+    try {
+      Load(Block("box", "[0.05, 0.05, 0.05]", "[0.5, 0, 0.025]"), "box", init, "(inhand box)", 3, key);
+    } catch (const InputError& problem) {
+      return problem.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(error("(can_move box)", "\n  within_reach: [nearr]"),
+              AllOf(HasSubstr("'within_reach' names 'nearr'"), HasSubstr("did you mean 'near'?")));
+  EXPECT_THAT(error("(near box)", "\n  within_reach: [near]"),
+              AllOf(HasSubstr(":init states 'near'"), HasSubstr("one of the two")));
+}
+
+}  // namespace
+}  // namespace tether::experiment

@@ -1,0 +1,64 @@
+#include "tether/planning/within_reach.h"
+
+#include <cassert>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "tether/geometry/bounds.h"
+#include "tether/planning/witness.h"
+#include "tether/robot/posture.h"
+
+namespace tether::planning {
+namespace {
+
+using Eigen::Vector3d;
+using math::Pose;
+
+constexpr int kTurns = 4;   // of the hand about the vertical, over half a turn
+constexpr int kPoints = 9;  // along each side of an upper side
+
+std::vector<Vector3d> PointsOf(const scene::Object& object, const Pose& X_WO) {
+  std::vector<Vector3d> points;
+  if (object.movable()) {
+    for (const geometry::Part& part : object.shape.parts) points.push_back((X_WO * part.X_SP).p);
+    return points;
+  }
+  const geometry::Aabb box = geometry::BoundingBox(object.shape, X_WO);
+  for (int i = 0; i < kPoints; ++i) {
+    for (int j = 0; j < kPoints; ++j) {
+      const Vector3d share((i + 0.5) / kPoints, (j + 0.5) / kPoints, 1);
+      points.push_back(box.lower + share.cwiseProduct(box.upper - box.lower));
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+bool WithinReach(const robot::Model& model, const Pose& X_WBase, const scene::Scene& scene,
+                 const std::string& name) {
+  const scene::Object* object = scene.FindObject(name);
+  assert(object != nullptr);
+  const Pose X_WO = scene.InitialPose(name);
+  robot::PostureSolver solver(std::shared_ptr<const robot::Model>(&model, [](const robot::Model*) {}));
+  robot::PostureProblem problem;
+  robot::NarrowLimits(model, kLimitMargin, problem.lower, problem.upper);
+  problem.rest = model.home();
+  problem.clearance = 0;
+  const Eigen::Matrix3d R_down = math::RotationFromRpy({M_PI, 0, 0});
+  for (const Vector3d& p_WQ : PointsOf(*object, X_WO)) {
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const Pose X_WH(math::RotationFromRpy({0, 0, M_PI * turn / kTurns}) * R_down, p_WQ);
+      problem.X_BH = math::Between(X_WBase, X_WH);
+      if (BeyondReach(model, problem.X_BH) > 0) continue;
+      robot::Posture posture;
+      posture.q = model.home();
+      solver.Solve(problem, posture);
+      if (posture.reaches()) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,195 @@
+#include "tether/planning/witness.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/planning/candidate.h"
+#include "tether/planning/checker.h"
+#include "tether/planning/test_scene.h"
+#include "tether/planning/witness_rows.h"
+
+namespace tether::planning {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing::HasSubstr;
+
+CandidateReport Optimize(const Problem& problem, const std::vector<std::string>& actions) {
+  return OptimizeCandidate(SceneFacts(problem), actions, 0, Limits(problem.search)).report;
+}
+
+scene::Object Box(const std::string& name, const Vector3d& size, const Vector3d& p, bool movable) {
+  scene::Object object;
+  object.name = name;
+  object.shape = geometry::Shape(geometry::Box{size});
+  object.X_ParentObject = math::Pose(p);
+  if (movable) object.mass = 0.1;
+  return object;
+}
+
+/// A bench whose top is at z = 0, in front of the arm, and what stands on it.
+Problem BenchProblem(std::vector<scene::Object> things) {
+  scene::Scene scene;
+  scene.objects.push_back(Box("bench", {2, 2, 0.4}, {0.5, 0, -0.2}, false));
+  for (scene::Object& thing : things) scene.objects.push_back(std::move(thing));
+  scene.robots.push_back({"panda", "panda", {0, -0.5236, 0, -2.6180, 0, 2.0944, 0}, "world", {}});
+  Problem problem = PandaProblem(std::move(scene));
+  problem.program.witnesses = true;
+  return problem;
+}
+
+const std::vector<std::string> kHookPlan{"pick(hook)", "push(hook,box,table)", "place(hook,table)",
+                                         "pick(box)", "place(box,shelf)"};
+
+TEST(WitnessTest, EveryKeyPoseOfAPlanHasOne) {
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
+  const CandidateReport report = Optimize(problem, kHookPlan);
+  ASSERT_TRUE(report.feasible()) << report.reason;
+  const robot::Model& model = *problem.robot.model;
+  robot::State state(problem.robot.model);
+  const CheckResult check = CheckPlan(problem, report.plan);
+  EXPECT_TRUE(check.Feasible(problem.program)) << check.Worst();
+  VectorXd before;
+  for (size_t t = 0; t < report.plan.steps.size(); ++t) {
+    const VectorXd& q = report.plan.steps[t].q;
+    ASSERT_EQ(q.size(), 7) << t;
+    for (int i = 0; i < 7; ++i) {
+      EXPECT_GE(q[i], model.lower()[i] + 0.99 * kLimitMargin);
+      EXPECT_LE(q[i], model.upper()[i] - 0.99 * kLimitMargin);
+    }
+    state.Set(q, VectorXd::Zero(7));
+    EXPECT_LT((state.X_BH().p - check.X_WHand[t].p).norm(), 1e-5);
+    // One branch of the arm from the first key pose to the last: no joint swings round.
+    if (t > 0) {
+      EXPECT_LT((q - before).cwiseAbs().maxCoeff(), 2.0) << t;
+    }
+    before = q;
+  }
+}
+
+TEST(WitnessTest, TheCheckerRejectsJointsThatAreNoWitness) {
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
+  const CandidateReport report = Optimize(problem, {"pick(hook)"});
+  ASSERT_TRUE(report.feasible()) << report.reason;
+  Plan plan = report.plan;
+  plan.steps[0].q[1] += 0.02;
+  EXPECT_THAT(CheckPlan(problem, plan).Worst(), HasSubstr("hand of panda at its joints"));
+  EXPECT_FALSE(CheckPlan(problem, plan).Feasible(problem.program));
+  plan.steps[0].q = VectorXd::Zero(6);
+  EXPECT_FALSE(CheckPlan(problem, plan).Feasible(problem.program));
+  plan.steps[0].q = report.plan.steps[0].q;
+  plan.steps[0].q[6] += 2 * M_PI;
+  const CheckResult turned = CheckPlan(problem, plan);
+  EXPECT_THAT(turned.Worst(), HasSubstr("limit of joint7"));
+  EXPECT_FALSE(turned.Feasible(problem.program));
+}
+
+TEST(WitnessTest, TheCheckerSeesLinksInsideThings) {
+  Problem problem = ReachProblem();
+  problem.program.witnesses = true;
+  const CandidateReport report = Optimize(problem, {"pick(hook)"});
+  ASSERT_TRUE(report.feasible()) << report.reason;
+  Problem blocked = problem;
+  robot::Kinematics kinematics(problem.robot.model);
+  kinematics.Set(report.plan.steps[0].q);
+  blocked.scene.objects.push_back(Box("beam", {0.05, 0.05, 0.05}, kinematics.X_BL(4).p, false));
+  const CheckResult check = CheckPlan(blocked, report.plan);
+  EXPECT_FALSE(check.Feasible(problem.program));
+  EXPECT_THAT(check.Worst(), HasSubstr("clearance(panda's link"));
+  EXPECT_THAT(check.Worst(), HasSubstr("beam"));
+}
+
+TEST(WitnessTest, WhatIsTooFarIsProvedToBe) {
+  const Problem near = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.6, 0.1, 0.025}, true)});
+  EXPECT_TRUE(Optimize(near, {"pick(block)"}).feasible());
+  const Problem far = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.95, 0.1, 0.025}, true)});
+  const CandidateReport report = Optimize(far, {"pick(block)"});
+  EXPECT_EQ(report.status, CandidateStatus::kInfeasible);
+  EXPECT_THAT(report.reason, testing::MatchesRegex("pick\\(block\\): [0-9.]+ cm beyond reach"));
+  // It is about how far the wrist, above the block, is from the shoulder.
+  const double wrist = Vector3d(0.95, 0.1, 0.025 + 0.2104 - 0.333).norm();
+  const double said = std::stod(report.reason.substr(report.reason.find(' ')));
+  EXPECT_NEAR(said / 100, wrist - far.robot.model->outer_reach().radius, 0.035);
+}
+
+// The hand is turned down, and the shelf carries the block by the face it stood on: where the wrist is at
+// least is known without a pose.
+TEST(WitnessTest, AShelfTooHighIsProvedToBe) {
+  const Problem problem = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.5, 0.1, 0.025}, true),
+                                        Box("shelf", {0.3, 0.3, 0.02}, {0.5, -0.3, 1.1}, false)});
+  const CandidateReport report = Optimize(problem, {"pick(block)", "place(block,shelf)"});
+  EXPECT_EQ(report.status, CandidateStatus::kInfeasible);
+  EXPECT_THAT(report.reason, testing::MatchesRegex("place\\(block,shelf\\): [0-9.]+ cm beyond reach"));
+}
+
+TEST(WitnessTest, WhatTheLinksCantReachUnderIsTold) {
+  // A roof low above the block, too wide for the hand to come from above.
+  const Problem problem = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.5, 0, 0.025}, true),
+                                        Box("roof", {0.6, 0.6, 0.02}, {0.5, 0, 0.25}, false)});
+  const CandidateReport report = Optimize(problem, {"pick(block)"});
+  EXPECT_EQ(report.status, CandidateStatus::kGaveUp);
+  EXPECT_THAT(report.reason, HasSubstr("pick(block): "));
+  EXPECT_THAT(report.reason, HasSubstr("roof"));
+}
+
+/// Key poses of "pick, place" as planned, but with the hand set down where the arm can't be.
+struct Strained {
+  const std::vector<std::string> actions{"pick(block)", "place(block,bench)"};
+  const Problem problem = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.5, 0.1, 0.025}, true)});
+  const SceneFacts facts{problem};
+  const std::vector<BoundStep> steps = BindSkeleton(problem, actions);
+  KeyPoseProgram key_poses = BuildProgram(facts, steps, {}, {.near = kNear});
+  nlp::Point x = key_poses.guess;
+
+  Strained() {
+    const CandidateReport report = Optimize(problem, actions);
+    EXPECT_TRUE(report.feasible()) << report.reason;
+    for (size_t t = 0; t < x.poses.size(); ++t) x.poses[t] = report.plan.steps[t].X_TC;
+    x.poses[1].p = Vector3d(0.36, 0.1, x.poses[1].p.z());  // in the bench's frame: x is 0.86 in the world
+  }
+};
+
+TEST(WitnessRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoWitness) {
+  Strained s;
+  const SceneFacts& facts = s.facts;
+  const int terms = static_cast<int>(s.key_poses.program.terms().size());
+  ASSERT_TRUE(AddMissingWitnesses(facts, s.steps, s.x, s.key_poses));
+  EXPECT_TRUE(s.key_poses.witnesses[0].found);
+  EXPECT_FALSE(s.key_poses.witnesses[1].found);
+  EXPECT_THAT(s.key_poses.witnesses[1].problem, HasSubstr("reach"));
+  ASSERT_EQ(s.key_poses.program.num_vectors(), 1);
+  ASSERT_EQ(s.key_poses.guess.vectors.size(), 1u);
+  const auto& all = s.key_poses.program.terms();
+  EXPECT_GE(static_cast<int>(all.size()), terms + 3);
+  for (size_t i = static_cast<size_t>(terms); i < all.size(); ++i) {
+    EXPECT_LT(nlp::JacobianError(*all[i].residual, s.key_poses.program, s.key_poses.guess, 1e-6), 1e-6)
+        << all[i].residual->name();
+  }
+  // The same again adds nothing.
+  EXPECT_FALSE(AddMissingWitnesses(facts, s.steps, s.key_poses.guess, s.key_poses));
+}
+
+TEST(WitnessRowsTest, SolvedTogetherKeyPosesHaveWitnesses) {
+  Strained s;
+  const SceneFacts& facts = s.facts;
+  ASSERT_TRUE(AddMissingWitnesses(facts, s.steps, s.x, s.key_poses));
+  const nlp::Result result =
+      SolveKeyPoses(facts, s.steps, Limits(s.problem.search), 100, nullptr, s.key_poses);
+  EXPECT_TRUE(KeepsRows(result)) << result.Summary();
+  EXPECT_TRUE(AllWitnessed(facts, s.key_poses)) << s.key_poses.witnesses[1].problem;
+  const CheckResult check = CheckKeyPoses(facts, s.steps, result.x.poses, JointsOf(s.key_poses.witnesses));
+  EXPECT_TRUE(check.Feasible(s.problem.program)) << check.Worst();
+  // The joints that the program holds are a witness themselves.
+  robot::Kinematics kinematics(s.problem.robot.model);
+  kinematics.Set(result.x.vectors[0]);
+  EXPECT_LT((kinematics.X_BH().p - check.X_WHand[1].p).norm(), 1e-4);
+}
+
+}  // namespace
+}  // namespace tether::planning

@@ -1,0 +1,217 @@
+#include "tether/robot/posture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "tether/geometry/distance.h"
+#include "tether/robot/model.h"
+
+namespace tether::robot {
+namespace {
+
+// Of clearances that are not kept, per m², relative to the length of a step.
+constexpr double kClearanceWeight = 1e3;
+// Pairs within this beyond the clearance hold each other where they are, and are brought this far beyond it,
+// m.
+constexpr double kBand = 0.004;
+constexpr double kBeyond = 0.001;
+// What is near makes the rest posture less important.
+constexpr double kWeakPull = 0.02;
+constexpr double kLeastDamping = 1e-9;
+constexpr double kMostDamping = 3e-3;
+constexpr double kMaxStep = 0.5;  // rad
+constexpr double kMaxPull = 0.3;  // rad, towards the rest posture in one step
+// Links are looked at when the hand is this near to where it must be (m + rad).
+constexpr double kNearlyThere = 0.3;
+constexpr double kThere = 1e-8;
+constexpr double kSettled = 2e-3;  // rad
+// Without coming nearer for so many iterations it ends.
+constexpr int kPatience = 12;
+
+}  // namespace
+
+PostureObstacle::PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still)
+    : primitive(&part.primitive), X_BP(X_BO * part.X_SP), still(stands_still) {
+  box = geometry::BoundingBox(*primitive, X_BP);
+}
+
+void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eigen::VectorXd& upper) {
+  const Eigen::VectorXd room = (0.05 * (model.upper() - model.lower())).cwiseMin(margin);
+  lower = model.lower() + room;
+  upper = model.upper() - room;
+}
+
+PostureSolver::PostureSolver(std::shared_ptr<const Model> model)
+    : model_(std::move(model)), kinematics_(model_), hand_(model_->HandShape(model_->gripper().max_opening)) {
+  near_.reserve(64);
+}
+
+void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients) {
+  const ArmSolids& solids = model_->solids();
+  const int n = kinematics_.dof();
+  // Those within the band matter only to steps.
+  const double range = problem.clearance + (gradients ? kBand : 0);
+  posture.distance = problem.clearance;
+  posture.solid = posture.obstacle = posture.other_solid = -1;
+  near_.clear();
+  X_BP_.clear();
+  boxes_.clear();
+  const auto shape = [&](int solid) -> const geometry::Shape& {
+    return solid == solids.hand() ? hand_ : solids.links[static_cast<size_t>(solid)].shape;
+  };
+  std::vector<size_t>& first = first_part_;
+  first.clear();
+  for (int solid = 0; solid <= solids.hand(); ++solid) {
+    first.push_back(boxes_.size());
+    for (const geometry::Part& part : shape(solid).parts) {
+      X_BP_.push_back(kinematics_.X_BSolid(solid) * part.X_SP);
+      boxes_.push_back(geometry::BoundingBox(part.primitive, X_BP_.back()));
+    }
+  }
+  first.push_back(boxes_.size());
+  const auto note = [&](const geometry::Distance& d, int solid, int obstacle, int other) {
+    if (d.distance < posture.distance) {
+      posture.distance = d.distance;
+      posture.solid = solid;
+      posture.obstacle = obstacle;
+      posture.other_solid = other;
+    }
+    if (!gradients) return;
+    NearPair pair;
+    pair.distance = d.distance;
+    pair.gradient.resize(n);
+    Eigen::RowVectorXd& row = row_;
+    kinematics_.AlongNormal(kinematics_.LinkOf(solid), d.p_WA, -d.n_W, row);
+    pair.gradient = row;
+    if (other >= 0) {
+      kinematics_.AlongNormal(kinematics_.LinkOf(other), d.p_WB, d.n_W, row);
+      pair.gradient += row;
+    }
+    near_.push_back(pair);
+  };
+  for (size_t k = 0; k < problem.obstacles.size(); ++k) {
+    const PostureObstacle& obstacle = problem.obstacles[k];
+    for (int solid = 0; solid < solids.hand(); ++solid) {
+      if (obstacle.still && solids.links[static_cast<size_t>(solid)].link == 0) continue;
+      if (std::find(obstacle.ignored.begin(), obstacle.ignored.end(), solid) != obstacle.ignored.end())
+        continue;
+      const auto& parts = shape(solid).parts;
+      for (size_t i = 0; i < parts.size(); ++i) {
+        const size_t index = first[static_cast<size_t>(solid)] + i;
+        if (boxes_[index].DistanceTo(obstacle.box) >= range) continue;
+        const geometry::Distance d =
+            geometry::SignedDistance(parts[i].primitive, X_BP_[index], *obstacle.primitive, obstacle.X_BP);
+        if (d.distance < range) note(d, solid, static_cast<int>(k), -1);
+      }
+    }
+  }
+  for (const auto& [a, b] : solids.pairs) {
+    const auto &parts_a = shape(a).parts, &parts_b = shape(b).parts;
+    for (size_t i = 0; i < parts_a.size(); ++i) {
+      const size_t index_a = first[static_cast<size_t>(a)] + i;
+      for (size_t j = 0; j < parts_b.size(); ++j) {
+        const size_t index_b = first[static_cast<size_t>(b)] + j;
+        if (boxes_[index_a].DistanceTo(boxes_[index_b]) >= range) continue;
+        const geometry::Distance d = geometry::SignedDistance(parts_a[i].primitive, X_BP_[index_a],
+                                                              parts_b[j].primitive, X_BP_[index_b]);
+        if (d.distance < range) note(d, a, -1, b);
+      }
+    }
+  }
+}
+
+void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& error, const Vector& q,
+                         Vector& step) {
+  const int n = kinematics_.dof();
+  kinematics_.HandJacobian(J_);
+  Matrix H = Matrix::Identity(n, n);
+  Vector pull = (problem.rest - q).cwiseMax(-kMaxPull).cwiseMin(kMaxPull);
+  if (!near_.empty()) pull *= kWeakPull;
+  for (const NearPair& pair : near_) {
+    H.noalias() += kClearanceWeight * pair.gradient.transpose() * pair.gradient;
+    const double lacking = std::max(0.0, problem.clearance + kBeyond - pair.distance);
+    pull.noalias() += kClearanceWeight * lacking * pair.gradient.transpose();
+  }
+  const double damping = kLeastDamping + kMostDamping * std::min(1.0, error.squaredNorm());
+  // Joints that would leave their limits are held there, and the others make up for it.
+  std::array<bool, kMostJoints> held{};
+  for (int round = 0; round < 4; ++round) {
+    const Eigen::LLT<Matrix> factor(H);
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostJoints, 6> Y = J_.transpose();
+    for (int i = 0; i < n; ++i) {
+      if (held[static_cast<size_t>(i)]) Y.row(i).setZero();
+    }
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints> J = Y.transpose();
+    factor.solveInPlace(Y);
+    step = factor.solve(pull);
+    math::Matrix6d A = J * Y;
+    A.diagonal().array() += damping;
+    const Eigen::LDLT<math::Matrix6d> solver(A);
+    const math::Vector6d y = solver.solve(error - J * step);
+    step.noalias() += Y * y;
+    const double largest = step.cwiseAbs().maxCoeff();
+    if (largest > kMaxStep) step *= kMaxStep / largest;
+    bool more = false;
+    for (int i = 0; i < n; ++i) {
+      const double to = q[i] + step[i];
+      const bool leaves = (to > problem.upper[i] && step[i] > 0) || (to < problem.lower[i] && step[i] < 0);
+      const bool at_limit = q[i] >= problem.upper[i] - 1e-9 || q[i] <= problem.lower[i] + 1e-9;
+      if (held[static_cast<size_t>(i)] || !leaves || !at_limit) continue;
+      held[static_cast<size_t>(i)] = more = true;
+      H.row(i).setZero();
+      H.col(i).setZero();
+      H(i, i) = 1;
+      pull[i] = 0;
+    }
+    if (!more) return;
+  }
+}
+
+bool PostureSolver::Solve(const PostureProblem& problem, Posture& posture, int max_iterations) {
+  const int n = kinematics_.dof();
+  J_.resize(6, n);
+  row_.resize(n);
+  Vector q = posture.q.cwiseMax(problem.lower).cwiseMin(problem.upper), step(n), best = q;
+  double least = std::numeric_limits<double>::infinity(), least_error = least;
+  int since = 0;
+  bool found = false;
+  for (int iteration = 0; iteration < max_iterations && !found; ++iteration) {
+    kinematics_.Set(q);
+    math::Vector6d error;
+    error.head<3>() = problem.X_BH.p - kinematics_.X_BH().p;
+    error.tail<3>() = math::LogSO3(problem.X_BH.R * kinematics_.X_BH().R.transpose());
+    const double distance = error.head<3>().norm() + error.tail<3>().norm();
+    near_.clear();
+    double overlap = 0;
+    if (distance < kNearlyThere) {
+      FindNearPairs(problem, posture, true);
+      overlap = problem.clearance - posture.distance;
+    }
+    const double rank = distance < kThere ? overlap : 1 + distance;
+    if (rank <= least) best = q;
+    since = rank < 0.95 * least || distance < 0.8 * least_error ? 0 : since + 1;
+    least = std::min(least, rank);
+    least_error = std::min(least_error, distance);
+    if (since >= kPatience) break;
+    Step(problem, error, q, step);
+    found = distance < kThere && overlap <= 0 && step.cwiseAbs().maxCoeff() < kSettled;
+    if (!found) q = (q + step).cwiseMax(problem.lower).cwiseMin(problem.upper);
+  }
+  posture.q = best;
+  Assess(problem, posture);
+  return posture.reaches() && posture.distance >= problem.clearance;
+}
+
+void PostureSolver::Assess(const PostureProblem& problem, Posture& posture) {
+  kinematics_.Set(posture.q);
+  posture.position_error = (problem.X_BH.p - kinematics_.X_BH().p).norm();
+  posture.rotation_error = math::AngleBetween(problem.X_BH.R, kinematics_.X_BH().R);
+  FindNearPairs(problem, posture, false);
+}
+
+}  // namespace tether::robot

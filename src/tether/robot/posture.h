@@ -1,0 +1,90 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/geometry/bounds.h"
+#include "tether/geometry/shape.h"
+#include "tether/robot/kinematics.h"
+
+namespace tether::robot {
+
+/// A convex part that the arm's links have to keep clear of, in the base frame.
+struct PostureObstacle {
+  const geometry::Primitive* primitive = nullptr;  ///< Must outlive its use.
+  math::Pose X_BP;
+  geometry::Aabb box;        ///< About it, in the base frame.
+  bool still = true;         ///< It stands where the arm was put, so the base's own link may touch it.
+  std::vector<int> ignored;  ///< Solids of the arm that may touch it.
+
+  PostureObstacle() = default;
+  PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still);
+};
+
+/// What is asked of joint positions.
+struct PostureProblem {
+  math::Pose X_BH;  ///< Where the hand must be.
+  std::vector<PostureObstacle> obstacles;
+  Eigen::VectorXd lower, upper;  ///< n, rad: the limits, less a margin.
+  Eigen::VectorXd rest;          ///< n, rad: the elbow is as near to this as it can be.
+  double clearance = 0.01;       ///< Wanted between links and obstacles, and among links, m.
+};
+
+/// Joint positions, and how they do.
+struct Posture {
+  Eigen::VectorXd q;          ///< n, rad
+  double position_error = 0;  ///< Of the hand, m.
+  double rotation_error = 0;  ///< rad
+  /// The least distance, m, of a link from an obstacle or from another link; `clearance` if none is nearer.
+  double distance = 0;
+  int solid = -1;        ///< Index in ArmSolids::links of that link; −1: nothing is near.
+  int obstacle = -1;     ///< Index of the obstacle; −1 if it is …
+  int other_solid = -1;  ///< … another link, or the hand.
+  bool reaches() const { return position_error < 1e-6 && rotation_error < 1e-6; }
+};
+
+/// The limits of a model less `margin` (rad) at each end, or a twentieth of the range if that is less.
+void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eigen::VectorXd& upper);
+
+/// Inverse kinematics with clearances: damped least squares in which the hand's pose comes first, and what
+/// freedom it leaves goes to keeping links clear and then to the rest posture. A workspace, one per thread;
+/// tens of microseconds a solve.
+class PostureSolver {
+ public:
+  explicit PostureSolver(std::shared_ptr<const Model> model);
+
+  /// Improves `posture.q`, which is where it begins, and fills in the rest. True if the hand gets there and
+  /// the links are clear by `problem.clearance`. Where it is false, the posture is the best that was met.
+  bool Solve(const PostureProblem& problem, Posture& posture, int max_iterations = 60);
+  /// Fills in how `posture.q` does.
+  void Assess(const PostureProblem& problem, Posture& posture);
+
+  const Kinematics& kinematics() const { return kinematics_; }
+
+ private:
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostJoints, kMostJoints>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
+
+  struct NearPair {
+    double distance;
+    Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostJoints> gradient;
+  };
+
+  /// Finds the pairs nearer than the clearance at the present configuration.
+  void FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients);
+  void Step(const PostureProblem& problem, const math::Vector6d& error, const Vector& q, Vector& step);
+
+  std::shared_ptr<const Model> model_;
+  Kinematics kinematics_;
+  geometry::Shape hand_;
+  std::vector<math::Pose> X_BP_;       // of all parts of all solids
+  std::vector<geometry::Aabb> boxes_;  // about them
+  std::vector<size_t> first_part_;     // of each solid in these
+  std::vector<NearPair> near_;
+  Eigen::MatrixXd J_;
+  Eigen::RowVectorXd row_;
+};
+
+}  // namespace tether::robot
