@@ -288,7 +288,8 @@ class Run {
   /// A temporal goal reads how things are at the start and after each action.
   void FeedJudge() {
     if (!temporal_judge_) return;
-    for (; letters_ <= ActionsDone(); ++letters_) temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
+    for (; letters_ <= ActionsDone(); ++letters_)
+      temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
   }
 
   void Judge() {

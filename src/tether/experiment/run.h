@@ -19,12 +19,12 @@ namespace tether::experiment {
 
 struct RunOptions {
   uint64_t seed = 0;
-  std::vector<Event> events;  ///< Disturbances.
-  bool realtime = false;      ///< Not faster than the clock on the wall.
-  std::string snapshots;      ///< Folder for a picture at each step boundary; empty: none.
+  std::vector<Event> events;               ///< Disturbances.
+  bool realtime = false;                   ///< Not faster than the clock on the wall.
+  std::string snapshots;                   ///< Folder for a picture at each step boundary; empty: none.
   std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
-  bool log = false;           ///< Record margins and joints in RunReport::log.
-  double settle_s = 1.0;      ///< Simulated time between the end of the plan and the judgement, s.
+  bool log = false;                        ///< Record margins and joints in RunReport::log.
+  double settle_s = 1.0;  ///< Simulated time between the end of the plan and the judgement, s.
   const std::atomic<bool>* stop = nullptr;
   /// Called for everything that happens, in order: time (s), a word for the kind, text for people.
   std::function<void(double, const std::string&, const std::string&)> on_event;
