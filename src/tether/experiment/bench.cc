@@ -191,13 +191,13 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> BenchNames() {
-  return {{"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
-          {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
-          {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
-          {"control",
-           "the velocity controller: its QP cold and warm, residuals, and whole ticks on both robots"},
-          {"task",
-           "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
+  return {
+      {"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
+      {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
+      {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
+      {"control", "the velocity controller: its QP cold and warm, residuals, and whole ticks on both robots"},
+      {"task",
+       "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {
