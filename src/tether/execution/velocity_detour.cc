@@ -38,6 +38,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
   control::VelocityOptions free_options = options.controller;
   free_options.gain = free_options.field_gain = 0.5 / kStep;
   free_options.escape_speed = 1;
+  free_options.ramp = 0;
   free_options.self_distance = 0;
   control::ConstrainedVelocity follower(model, control_scene.X_WBase(), control_scene.solids(), {}, fields,
                                         free_options);

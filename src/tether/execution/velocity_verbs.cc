@@ -199,6 +199,7 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
       Vector3d start = X_TF_now.p;
       start.z() = std::max(start.z(), kLeastHeight);
       if (spec.kind == "upright") {
+        field.buffer = 0;  // it becomes as narrow as things stand
         field.function = constraints::MakeNarrowingAngle(up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
                                                          Vector3d::Zero());
       } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
