@@ -511,8 +511,6 @@ const std::string& ConstrainedVelocity::constraint_name(int index) const {
 const ConstrainedVelocity::Row& ConstrainedVelocity::row(int index) const {
   return impl_->rows[static_cast<size_t>(index)];
 }
-Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const {
-  return impl_->Jacobian(index);
-}
+Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const { return impl_->Jacobian(index); }
 
 }  // namespace tether::control

@@ -26,8 +26,8 @@ struct VelocityOptions {
   double buffer = 0.002;    ///< Added to each safe distance, for what the arm's servo lags behind, m …
   double angle_buffer = 0.005;   ///< … and to each angle, rad.
   double velocity_share = 0.95;  ///< Of the joints' greatest velocities: servos overshoot.
-  double ramp = 0.2;       ///< A joint takes this long from rest to its greatest velocity, s; 0: no bound.
-  double period = 0.005;   ///< Between ticks, s.
+  double ramp = 0.2;      ///< A joint takes this long from rest to its greatest velocity, s; 0: no bound.
+  double period = 0.005;  ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
   double escape_speed = 0.05;    ///< Greatest speed at which a violated row is left, m/s or rad/s.
@@ -139,8 +139,8 @@ class ConstrainedVelocity {
   /// One line per row of the last tick, for tests and for explanations.
   struct Row {
     int constraint = 0;
-    double value = 0;  ///< Distance less what is required and the buffer: not below zero, m or rad.
-    double drift = 0;  ///< Its rate of change if the arm stood still, per s.
+    double value = 0;   ///< Distance less what is required and the buffer: not below zero, m or rad.
+    double drift = 0;   ///< Its rate of change if the arm stood still, per s.
     double buffer = 0;  ///< m or rad
     Priority priority = 0;
     int a = -1, b = -1;  ///< The bodies, of a clearance.

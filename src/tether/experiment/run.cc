@@ -202,7 +202,7 @@ class Run {
       if (done_[i] || !now) continue;
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      world_.MoveObject(event.object, Goal(event), event.over);
+      world_.MoveObject(event.object, Goal(event), event.over, event.steady);
     }
   }
 
