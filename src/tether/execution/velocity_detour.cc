@@ -20,7 +20,7 @@ constexpr double kTolerance = 1e-3;
 
 }  // namespace
 
-std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
+std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   std::vector<control::MovingPose> still = objects;
   for (control::MovingPose& object : still) object.V.setZero();
   robot::Kinematics kinematics(model);
@@ -61,7 +61,10 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
     }
     if (reached) problem.goals.push_back(std::move(end));
   }
-  if (problem.goals.empty()) return {};
+  if (problem.goals.empty()) {
+    why = "the arm does not get there, with nothing in the way either";
+    return {};
+  }
 
   control::ConstrainedVelocity probe = MakeController();
   probe.Allow(allowed_bodies);
@@ -80,7 +83,21 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
     }
     return !probe.flags().fault;
   };
-  return motion::FindJointPath(problem).q;
+  motion::JointPath found = motion::FindJointPath(problem);
+  switch (found.status) {
+    case motion::JointPathStatus::kFound:
+      break;
+    case motion::JointPathStatus::kNoFreeGoal:
+      why = "the arm would touch something wherever it gets there";
+      break;
+    case motion::JointPathStatus::kStartNotFree:
+      why = "the arm is too near to something where it stands";
+      break;
+    case motion::JointPathStatus::kGaveUp:
+      why = "none was found in " + std::to_string(found.checks) + " checks";
+      break;
+  }
+  return std::move(found.q);
 }
 
 }  // namespace tether::execution

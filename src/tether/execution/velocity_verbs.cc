@@ -110,7 +110,7 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   const auto found = FindTopGrasp(*model, scene.objects[static_cast<size_t>(target)].shape,
                                   objects[static_cast<size_t>(target)].X, X_WH.R, &reason);
   if (!found) {
-    Fail("'" + step.schema.target + "' can't be grasped from above: " + reason);
+    GiveUpAction("'" + step.schema.target + "' can't be grasped from above: " + reason);
     return std::nullopt;
   }
   grasp = plan.steps[static_cast<size_t>(at)].X_TC = found->X_OH;
@@ -372,10 +372,11 @@ std::string VelocityExecutive::Impl::WhatHoldsUp() const {
   return text.empty() ? "beyond what the arm can do there" : text;
 }
 
-bool VelocityExecutive::Impl::TryDetour() {
+bool VelocityExecutive::Impl::TryDetour(std::string& why) {
+  if (detours > 1) why = "detours did not help";
   if (detours > 1 || !goal) return false;
   ++detours;
-  path = FindDetour();
+  path = FindDetour(why);
   waypoint = 0;
   if (path.empty()) return false;
   controller.SetExtraFields({});  // the way that the verb asks for begins anew at the end of the detour
@@ -405,7 +406,7 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
   }
   const bool late = time - verb_start > options.verb_timeout;
   if (time - progress_time < options.stall_time && !late) return Outcome::kRunning;
-  const std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
+  std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
   progress_time = time;
   if (!path.empty()) {
     path.clear();
@@ -415,10 +416,12 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
     return Outcome::kRunning;
   }
   Record(EventKind::kStalled, reason);
-  if (!late && TryDetour()) {
+  std::string why;
+  if (!late && TryDetour(why)) {
     best_error = std::numeric_limits<double>::infinity();
     return Outcome::kRunning;
   }
+  if (!why.empty()) reason += "; no detour: " + why;
   Abort(EventKind::kStalled, reason, true);
   return Outcome::kAborted;
 }
