@@ -15,8 +15,10 @@ constexpr double kSpread = 1.2;  // rad
 // The ends are found by following the goal without obstacles, step by step.
 constexpr int kSteps = 200;
 constexpr double kStep = 0.05;  // s
-// Rows may be violated by this much where a detour begins, m or rad.
+// Rows may be violated by this much where a detour begins and ends, m or rad …
 constexpr double kTolerance = 1e-3;
+// … and have this to spare further than kEnd from there, if possible: the controller has to follow, m or rad.
+constexpr double kSpare = 0.003, kEnd = 0.15;
 
 }  // namespace
 
@@ -74,16 +76,24 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   problem.upper = (model->upper().array() - margin).matrix();
   problem.start = q;
   problem.seed = static_cast<uint64_t>(at) + 1;
+  double spare = kSpare;
   problem.is_free = [&](const VectorXd& where) {
+    bool at_end = (where - q).cwiseAbs().maxCoeff() < kEnd;
+    for (const VectorXd& end : problem.goals) at_end = at_end || (where - end).cwiseAbs().maxCoeff() < kEnd;
+    const double least = at_end ? -options.controller.buffer - kTolerance : spare;
     place(where);
     probe.Compute({where, opening, still}, nullptr);
     for (int i = 0; i < probe.num_rows(); ++i) {
       const control::ConstrainedVelocity::Row& row = probe.row(i);
-      if (row.priority == 0 && row.value < -options.controller.buffer - kTolerance) return false;
+      if (row.priority == 0 && row.value < least) return false;
     }
     return !probe.flags().fault;
   };
   motion::JointPath found = motion::FindJointPath(problem);
+  if (found.status == motion::JointPathStatus::kGaveUp) {
+    spare = 0;
+    found = motion::FindJointPath(problem);
+  }
   switch (found.status) {
     case motion::JointPathStatus::kFound:
       break;

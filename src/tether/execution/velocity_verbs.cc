@@ -265,7 +265,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::ReachVerb& reach) {
     goal->turn_speed = options.turn_speed;
     return Outcome::kRunning;
   }
-  if (!path.empty()) return WatchProgress(controller.error_rad());
+  if (!path.empty()) return WatchProgress(0);
   goal->speed = std::min(speed, kFirstSpeed + options.acceleration * (time - verb_start));
   const double error_m = controller.error_m(), error_rad = controller.error_rad();
   StepRecord& record = records[static_cast<size_t>(at)];
@@ -293,7 +293,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
     entered = true;
     return Outcome::kRunning;
   }
-  if (!path.empty()) return WatchProgress(controller.error_rad());
+  if (!path.empty()) return WatchProgress(0);
   goal->speed = std::min(speed, kFirstSpeed + options.acceleration * (time - verb_start));
   if (controller.error_m() <= kShiftTolerance) return Outcome::kDone;
   return WatchProgress(controller.error_m());
@@ -399,6 +399,7 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
     goal = control::Goal{};
     goal->posture = path[waypoint];
     goal->turn_speed = options.turn_speed;
+    error = (q - path[waypoint]).cwiseAbs().maxCoeff();
   }
   if (error < best_error - kProgress) {
     best_error = error;
