@@ -2,12 +2,12 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 
 namespace tether {
@@ -26,7 +26,8 @@ struct Outcome {
 
 /// Runs the program with these arguments, as a user would.
 Outcome Tether(const std::string& arguments, const std::string& prefix = "") {
-  const std::string err_file = ::testing::TempDir() + "tether_cli_stderr_" + std::to_string(getpid());
+  const ScratchFolder folder;
+  const std::string err_file = folder.File("stderr");
   const std::string line = prefix + " '" + TETHER_BINARY + "' " + arguments + " 2>'" + err_file + "'";
   Outcome outcome;
   std::FILE* pipe = popen(line.c_str(), "r");
@@ -36,7 +37,6 @@ Outcome Tether(const std::string& arguments, const std::string& prefix = "") {
   const int status = pclose(pipe);
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   outcome.err = ReadFile(err_file);
-  std::filesystem::remove(err_file);
   return outcome;
 }
 
@@ -73,7 +73,8 @@ TEST(CliTest, BadInputIsExitCode2WithOneLinePerMistake) {
   EXPECT_EQ(missing.out, "");
   EXPECT_THAT(missing.err, HasSubstr("no_such.yaml: cannot read this file"));
 
-  const std::string file = ::testing::TempDir() + "tether_cli_bad.yaml";
+  const ScratchFolder folder;
+  const std::string file = folder.File("tether_cli_bad.yaml");
   WriteFile(file, "format: tether.scenario/1\ntitel: x\nobjects: {a: {shape: {bx: [1, 1, 1]}}}\n");
   for (const std::string command : {"plan", "run", "check"}) {
     const Outcome bad = Tether(command + " '" + file + "'");
@@ -86,8 +87,9 @@ TEST(CliTest, BadInputIsExitCode2WithOneLinePerMistake) {
 }
 
 TEST(CliTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+  const ScratchFolder folder;
   const Outcome plan = Tether("plan " + Scenario("hanoi") +
-                              " --json /no/such/a --output /no/such/b --trace " + ::testing::TempDir());
+                              " --json /no/such/a --output /no/such/b --trace " + folder.path().string());
   EXPECT_EQ(plan.exit_code, 2);
   EXPECT_EQ(plan.out, "");
   EXPECT_THAT(plan.err, HasSubstr("--json: cannot write /no/such/a (a path in a writable folder)"));
@@ -131,7 +133,8 @@ TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
   };
   replace("[0.35, -0.35, 0.05]", "[0.95, -0.60, 0.05]");
   replace(": workspace_reach/", ": " + kSource + "/scenarios/workspace_reach/");
-  const std::string file = ::testing::TempDir() + "tether_cli_far.yaml";
+  const ScratchFolder folder;
+  const std::string file = folder.File("tether_cli_far.yaml");
   WriteFile(file, text);
   for (const char* solver : {"native", "ipopt", "nlopt"}) {
     const Outcome outcome =
@@ -143,7 +146,8 @@ TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
 }
 
 TEST(CliTest, ATemporalGoalNeedsADomain) {
-  const std::string file = ::testing::TempDir() + "tether_cli_ltl.yaml";
+  const ScratchFolder folder;
+  const std::string file = folder.File("tether_cli_ltl.yaml");
   WriteFile(file,
             "format: tether.scenario/1\nobjects: {a: {shape: {sphere: 1}}}\ntask: {goal: {ltl: F(x)}}\n");
   const Outcome outcome = Tether("plan '" + file + "'");
@@ -275,7 +279,8 @@ TEST(CliTest, ABadFileDoesNotHideTheOthersResults) {
 }
 
 TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
-  const std::string start = ::testing::TempDir() + "tether_cli_proof_";
+  const ScratchFolder folder;
+  const std::string start = folder.File("proof_");
   WriteFile(start + "problem.pddl",
             "(define (problem p) (:domain stacking) (:objects slab cube - block)"
             " (:init (on slab bench) (on cube bench)) (:goal (on slab cube)))");
@@ -307,7 +312,8 @@ TEST(CliTest, ADepthLimitIsGivingUp) {
 }
 
 TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
-  const std::string plan = ::testing::TempDir() + "tether_cli_plan.json";
+  const ScratchFolder folder;
+  const std::string plan = folder.File("plan.json");
   const Outcome outcome =
       Tether("plan " + Scenario("stacking") + " --max-plans 1 --json - --output '" + plan + "'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

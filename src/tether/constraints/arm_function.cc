@@ -26,22 +26,28 @@ void FillBase(const Pose& X_BF, JacobianRef& J_X) {
 
 class HandPosition final : public ArmFunction {
  public:
-  explicit HandPosition(ModelPtr model) : ArmFunction(std::move(model), 3, 2, Unit::kMetre) {}
+  HandPosition(ModelPtr model, const Offset& offset)
+      : ArmFunction(std::move(model), 3, 2, Unit::kMetre), offset_(offset) {}
 
   void Evaluate(const Eigen::VectorXd& q, std::span<const Pose> X, VectorRef r, JacobianRef* J_q,
                 JacobianRef* J_X) const override {
     const robot::LinkPoses links(model().chain(), q);
     const Pose X_BH = math::Between(X[0], X[1]);
-    const Pose X_HandH = math::Between(links.X_BH(), X_BH);
-    r = X_HandH.p;
+    const Pose& X_BHand = links.X_BH();
+    const Vector3d p_HandQ = X_BHand.R.transpose() * (X_BH * offset_.by_H + offset_.by_B - X_BHand.p);
+    r = p_HandQ;
     if (J_q == nullptr) return;
     Jacobian J(6, dof());
     links.HandBodyJacobian(J);
-    *J_q = math::Hat(X_HandH.p) * J.bottomRows<3>() - J.topRows<3>();
-    J_X->middleCols<3>(6) = X_HandH.R;
-    J_X->middleCols<3>(9).setZero();
+    *J_q = math::Hat(p_HandQ) * J.bottomRows<3>() - J.topRows<3>();
+    const Matrix3d R_HandH = X_BHand.R.transpose() * X_BH.R;
+    J_X->middleCols<3>(6) = R_HandH;
+    J_X->middleCols<3>(9) = -R_HandH * math::Hat(offset_.by_H);
     FillBase(X_BH, *J_X);
   }
+
+ private:
+  Offset offset_;
 };
 
 class HandRotation final : public ArmFunction {
@@ -140,7 +146,9 @@ class SelfClearance final : public ArmFunction {
 
 }  // namespace
 
-ArmFunctionPtr MakeHandPosition(ModelPtr model) { return std::make_shared<HandPosition>(std::move(model)); }
+ArmFunctionPtr MakeHandPosition(ModelPtr model, const Offset& offset) {
+  return std::make_shared<HandPosition>(std::move(model), offset);
+}
 
 ArmFunctionPtr MakeHandRotation(ModelPtr model) { return std::make_shared<HandRotation>(std::move(model)); }
 

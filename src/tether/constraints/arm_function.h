@@ -44,8 +44,15 @@ class ArmFunction {
 
 using ArmFunctionPtr = std::shared_ptr<const ArmFunction>;
 
-/// Frames (B, H). Where the frame H is in the hand that q gives: 3 rows, m; zero where the hand is there.
-ArmFunctionPtr MakeHandPosition(std::shared_ptr<const robot::Model> model);
+/// A displacement, m: `by_H` turns with a frame H, `by_B` does not turn with it.
+struct Offset {
+  Eigen::Vector3d by_H = Eigen::Vector3d::Zero();
+  Eigen::Vector3d by_B = Eigen::Vector3d::Zero();
+};
+
+/// Frames (B, H). Where the origin of H, displaced by `offset`, is in the hand that q gives: 3 rows, m; zero
+/// where the hand is there.
+ArmFunctionPtr MakeHandPosition(std::shared_ptr<const robot::Model> model, const Offset& offset = {});
 
 /// Frames (B, H). The rotation vector of H in the hand that q gives: 3 rows, rad.
 ArmFunctionPtr MakeHandRotation(std::shared_ptr<const robot::Model> model);

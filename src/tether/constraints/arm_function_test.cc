@@ -36,6 +36,10 @@ struct Named {
 
 std::vector<Named> AllFunctions() {
   return {{"HandPosition", [](Random&) { return MakeHandPosition(Panda()); }},
+          {"DisplacedHandPosition",
+           [](Random&) {
+             return MakeHandPosition(Panda(), {{0.1, -0.2, 0.05}, {0.02, 0.03, 0.3}});
+           }},
           {"HandRotation", [](Random&) { return MakeHandRotation(Panda()); }},
           {"LinkClearance",
            [](Random& r) {

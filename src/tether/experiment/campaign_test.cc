@@ -5,9 +5,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tether/common/error.h"
+#include "tether/common/scratch_folder.h"
 
 namespace tether::experiment {
 namespace {
@@ -16,11 +16,6 @@ using ::testing::HasSubstr;
 
 class CampaignTest : public ::testing::Test {
  protected:
-  CampaignTest() : file_(::testing::TempDir() + "tether_campaign_" + std::to_string(getpid()) + ".jsonl") {
-    std::filesystem::remove(file_);
-  }
-  ~CampaignTest() override { std::filesystem::remove(file_); }
-
   CampaignOptions Quality(int scenes) const {
     CampaignOptions options;
     options.name = "quality";
@@ -46,7 +41,8 @@ class CampaignTest : public ::testing::Test {
     return "no error";
   }
 
-  std::string file_;
+  ScratchFolder folder_;
+  const std::string file_ = folder_.File("campaign.jsonl");
 };
 
 TEST_F(CampaignTest, ARerunTakesUpWhereTheLastOneEnded) {

@@ -1,10 +1,9 @@
 #include "tether/experiment/check.h"
 
-#include <filesystem>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/scratch_folder.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/test_scenarios.h"
 #include "tether/experiment/version.h"
@@ -60,10 +59,7 @@ class PlanCheckTest : public ::testing::Test {
     const planning::PlanReport report = planning::PlanTask(problem, *MakeTask(scenario_));
     ASSERT_NE(report.best(), nullptr) << report.message;
     plan_ = report.best()->plan;
-    file_ = ::testing::TempDir() + "tether_check_plan_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".json";
   }
-  void TearDown() override { std::filesystem::remove(file_); }
 
   std::vector<FileCheck> Check(const std::string& scenario_file) {
     WriteFile(file_, WriteJson(planning::WritePlan(plan_, {Version(), 3, scenario_file}, scenario_.scene,
@@ -73,7 +69,8 @@ class PlanCheckTest : public ::testing::Test {
 
   Scenario scenario_;
   planning::Plan plan_;
-  std::string file_;
+  ScratchFolder folder_;
+  const std::string file_ = folder_.File("plan.json");
 };
 
 TEST_F(PlanCheckTest, AGoodPlanPassesAndABentOneDoesNot) {
@@ -104,7 +101,8 @@ TEST_F(PlanCheckTest, TheScenarioIsFoundOrAskedFor) {
 }
 
 TEST(CheckTest, UnknownFormatsAreMistakes) {
-  const std::string file = ::testing::TempDir() + "tether_check_unknown.yaml";
+  const ScratchFolder folder;
+  const std::string file = folder.File("unknown.yaml");
   WriteFile(file, "format: tether.scenaro/1\n");
   try {
     CheckFiles({file, "missing.yaml"});

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/experiment/check.h"
 #include "tether/experiment/problem.h"
@@ -135,9 +136,8 @@ TEST(GenerateTest, MistakesNameTheValueAndWhatIsAccepted) {
 
 class FolderTest : public ::testing::Test {
  protected:
-  FolderTest() : folder_(std::filesystem::path(::testing::TempDir()) / "tether_generate" / "scene") {}
-  ~FolderTest() override { std::filesystem::remove_all(folder_.parent_path()); }
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
+  const std::filesystem::path folder_ = scratch_.path() / "new" / "scene";
 };
 
 TEST_F(FolderTest, WrittenFilesAreReadAsTheTextsAre) {

@@ -1,10 +1,9 @@
 #include "tether/experiment/hull_reader.h"
 
-#include <filesystem>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/experiment/scene_reader.h"
 #include "tether/geometry/polytope.h"
@@ -32,17 +31,17 @@ f 4 1 5 8
 )";
 
 /// The shape of a text, and what was wrong with it.
-geometry::Shape Read(const std::string& yaml, std::string* mistakes) {
+geometry::Shape Read(const std::string& yaml, std::string* mistakes, const std::string& folder = "") {
   Diagnostics diagnostics;
   const Value value = ParseYaml(yaml, "s.yaml");
-  const geometry::Shape shape = ReadShape(value, "object 'o'", testing::TempDir(), diagnostics);
+  const geometry::Shape shape = ReadShape(value, "object 'o'", folder, diagnostics);
   for (const Diagnostic& diagnostic : diagnostics.list()) *mistakes += diagnostic.ToString() + "\n";
   return shape;
 }
 
-std::string MistakesOf(const std::string& yaml) {
+std::string MistakesOf(const std::string& yaml, const ScratchFolder& folder) {
   std::string mistakes;
-  Read(yaml, &mistakes);
+  Read(yaml, &mistakes, folder.path().string());
   return mistakes;
 }
 
@@ -56,9 +55,10 @@ TEST(HullReaderTest, AHullStandsAtItsCentreOfMass) {
 }
 
 TEST(HullReaderTest, AMeshIsReadFromTextAndScaled) {
-  WriteFile(testing::TempDir() + "cube.obj", kCube);
+  const ScratchFolder folder;
+  WriteFile(folder.File("cube.obj"), kCube);
   std::string mistakes;
-  const geometry::Shape shape = Read("{mesh: cube.obj, scale: 0.1}", &mistakes);
+  const geometry::Shape shape = Read("{mesh: cube.obj, scale: 0.1}", &mistakes, folder.path().string());
   EXPECT_EQ(mistakes, "");
   const auto& hull = std::get<geometry::Hull>(shape.parts[0].primitive);
   EXPECT_EQ(hull.polytope->faces.size(), 6u);
@@ -66,24 +66,26 @@ TEST(HullReaderTest, AMeshIsReadFromTextAndScaled) {
 }
 
 TEST(HullReaderTest, BadPointsAreExplainedWhereTheyStand) {
-  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}"),
+  const ScratchFolder folder;
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}", folder),
               testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("lie in one plane"),
                              HasSubstr("at least four points")));
-  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}"), HasSubstr("fewer than four"));
-  EXPECT_THAT(MistakesOf("{hull: 3}"), HasSubstr("at least four points"));
-  EXPECT_THAT(MistakesOf("{hull: [[0, 0, .nan], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}"),
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}", folder), HasSubstr("fewer than four"));
+  EXPECT_THAT(MistakesOf("{hull: 3}", folder), HasSubstr("at least four points"));
+  EXPECT_THAT(MistakesOf("{hull: [[0, 0, .nan], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}", folder),
               HasSubstr("a point of hull"));
-  EXPECT_THAT(MistakesOf("{box: [1, 1, 1], scale: 2}"), HasSubstr("unknown shape 'scale'"));
+  EXPECT_THAT(MistakesOf("{box: [1, 1, 1], scale: 2}", folder), HasSubstr("unknown shape 'scale'"));
 }
 
 TEST(HullReaderTest, BadMeshesAreExplained) {
-  const auto with = [](const std::string& name, const std::string& text) {
-    WriteFile(testing::TempDir() + name, text);
-    return MistakesOf("{mesh: " + name + "}");
+  const ScratchFolder folder;
+  const auto with = [&](const std::string& name, const std::string& text) {
+    WriteFile(folder.File(name), text);
+    return MistakesOf("{mesh: " + name + "}", folder);
   };
-  EXPECT_THAT(MistakesOf("{mesh: nowhere.obj}"),
+  EXPECT_THAT(MistakesOf("{mesh: nowhere.obj}", folder),
               testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("nowhere.obj"), HasSubstr("can't be read")));
-  EXPECT_THAT(MistakesOf("{mesh: cube.dae}"), HasSubstr("ends with .obj or .stl"));
+  EXPECT_THAT(MistakesOf("{mesh: cube.dae}", folder), HasSubstr("ends with .obj or .stl"));
   EXPECT_THAT(with("empty.obj", "v 0 0 0\n"), HasSubstr("no triangles"));
   EXPECT_THAT(with("bad.obj", "v 0 0 0\nv 1 x 0\n"), HasSubstr("bad.obj:2:1: 'v 1 x 0' is not a point"));
   EXPECT_THAT(with("bad.obj", "v 0 0 0\nf 1 2 3\n"), HasSubstr("bad.obj:2:1: the face has the corner '2'"));
@@ -95,8 +97,8 @@ TEST(HullReaderTest, BadMeshesAreExplained) {
   hollow.replace(hollow.find("f 5/1 6/1 7/1 8/1"), 17, "");
   hollow += "f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
   EXPECT_THAT(with("hollow.obj", hollow), HasSubstr("is not convex: it fills 75 % of its hull"));
-  WriteFile(testing::TempDir() + "hollow.obj", hollow);
-  EXPECT_EQ(MistakesOf("{mesh: hollow.obj, fill: true}"), "");
+  WriteFile(folder.File("hollow.obj"), hollow);
+  EXPECT_EQ(MistakesOf("{mesh: hollow.obj, fill: true}", folder), "");
 }
 
 }  // namespace

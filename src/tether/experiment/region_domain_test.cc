@@ -1,13 +1,13 @@
 #include "tether/experiment/region_domain.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/experiment/bench_task.h"
 #include "tether/experiment/problem.h"
 #include "tether/ltl/parser.h"
@@ -46,14 +46,7 @@ actions: [actions.yaml]
 
 class RegionDomainTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = (std::filesystem::path(::testing::TempDir()) / (std::string("tether_region_") + test->name()))
-                  .string();
-    std::filesystem::create_directories(folder_);
-    WriteFile(folder_ + "/actions.yaml", kActions);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { WriteFile(folder_ + "/actions.yaml", kActions); }
 
   Scenario Load(const std::string& text) const {
     WriteFile(folder_ + "/s.yaml", text);
@@ -77,7 +70,8 @@ class RegionDomainTest : public ::testing::Test {
     return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
   }
 
-  std::string folder_;
+  ScratchFolder scratch_;
+  const std::string folder_ = scratch_.path().string();
 };
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {

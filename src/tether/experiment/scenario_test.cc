@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/scratch_folder.h"
 #include "tether/experiment/scene_reader.h"
 
 namespace tether::experiment {
@@ -20,11 +21,6 @@ const std::string kSource = TETHER_SOURCE_DIR;
 class ScenarioTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = (std::filesystem::path(::testing::TempDir()) / (std::string("tether_scenario_") + test->name()))
-                  .string();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
     Write("domain.pddl", R"((define (domain small)
   (:requirements :strips :typing)
   (:types thing)
@@ -38,7 +34,6 @@ class ScenarioTest : public ::testing::Test {
   (:goal (on cup shelf)))
 )");
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string Write(const std::string& name, const std::string& text) const {
     WriteFile(folder_ + "/" + name, text);
@@ -58,7 +53,8 @@ class ScenarioTest : public ::testing::Test {
     return "";
   }
 
-  std::string folder_;
+  ScratchFolder scratch_;
+  const std::string folder_ = scratch_.path().string();
 };
 
 const std::string kSmall = R"(format: tether.scenario/1

@@ -204,13 +204,22 @@ class CandidateRun {
   bool SolveAndJudge(KeyPoseProgram& key_poses, int start, int max_iterations) {
     const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, max_iterations, nullptr, key_poses);
     LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
-             result.Summary());
+             result.Summary() + ArmProblems(key_poses.witnesses));
     report_.evaluations += result.evaluations;
     if (result.status == nlp::Status::kFailed && !optimum_) report_.reason = result.message;
     last_violation_ = result.max_violation_m + result.max_violation_rad;
     NoteSuspect(key_poses.program, result);
     return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
            Judge(key_poses, result);
+  }
+
+  /// Why the arm can't take these key poses, for the log.
+  std::string ArmProblems(const std::vector<Witness>& witnesses) const {
+    std::string all;
+    for (size_t t = 0; t < witnesses.size(); ++t) {
+      if (!witnesses[t].problem.empty()) all += "; " + steps_[t].action + ": " + witnesses[t].problem;
+    }
+    return all;
   }
 
   /// The first action with a violated row may be where it fails.

@@ -10,8 +10,6 @@ namespace tether::planning {
 namespace {
 
 constexpr int kClearanceRounds = 8;
-// Key poses that violate their rows by more than this need no witnesses, m.
-constexpr double kNearlyFeasible = 0.01;
 
 }  // namespace
 
@@ -71,7 +69,9 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
         static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() && KeepsRows(result);
     // More rows don't help what fails with few.
     if (spent || !solved) {
-      if (result.max_violation_m < kNearlyFeasible && result.x.poses.size() == steps.size())
+      // The checker asks for less room than the rows, and lets some of these pass.
+      if (result.x.poses.size() == steps.size() && NeedsWitnesses(problem) &&
+          CheckKeyPoses(facts, steps, result.x.poses).Feasible(problem.program))
         FindWitnesses(facts, steps, result.x, key_poses);
       return result;
     }

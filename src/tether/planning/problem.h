@@ -43,7 +43,7 @@ struct ProgramOptions {
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
   /// Key poses need configurations of the arm as witnesses, and what is out of its reach is refuted.
-  bool witnesses = false;
+  bool witnesses = true;
   int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.

@@ -21,6 +21,7 @@ namespace tether::planning {
 struct JointBlock {
   int step;
   int vector;  ///< Index of the block.
+  bool far;    ///< Of the far end of a straight way from or to the step's key pose.
   /// Pairs that have a row: solid and part of the arm; then, of the scene or of the arm, solid and part.
   std::set<std::array<int, 5>> rows;
 };

@@ -24,124 +24,188 @@ constexpr double kTouch = 0.001;
 // The hand follows the way to within this, m and rad.
 constexpr double kOffWay = 1e-3;
 constexpr double kTurnedOffWay = 5e-3;
-// A joint that turns so far between samples has left its branch, rad.
-constexpr double kJump = 0.6;
+// Where a joint turns further than this between samples, rad, they are set closer together …
+constexpr double kSteady = 0.3;
+// … down to this part of their distance: what still turns so far has left its branch.
+constexpr double kFinest = 0.1;
 
 /// A straight motion of the hand away from its key pose, and what hangs on it meanwhile.
 struct Stretch {
   Pose X_WFar;   ///< The hand at its other end.
   bool before;   ///< It leads to the key pose.
   bool carries;  ///< What the hand holds moves with it.
+  WayEnd end;    ///< The same end, as seen from the key pose.
 };
 
 class WayChecker {
  public:
   WayChecker(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-             const std::vector<Pose>& poses, const std::vector<Witness>& witnesses, int step,
-             WitnessSearch& search)
+             const std::vector<Pose>& poses, int step, WitnessSearch& search)
       : facts_(facts),
         schema_(steps[static_cast<size_t>(step)].schema),
         tree_(tree),
         poses_(poses),
-        witness_(witnesses[static_cast<size_t>(step)]),
         step_(step),
         search_(search),
         X_WHand_(tree.PoseAt(kHand, step, poses)) {}
 
-  std::string Run() {
+  /// Why the ways are not free; empty if they are, perhaps with another posture in place of the witness's.
+  std::string Run(robot::Posture& posture, std::optional<WayEnd>& blocked_end) {
     search_.SetStep(tree_, poses_, step_);
     holder_ = tree_.ParentAt(kHand, step_);
-    for (const Stretch& stretch : Stretches()) {
-      const std::string problem = Follow(stretch);
-      if (!problem.empty()) return (stretch.before ? "on the way there, " : "on the way back, ") + problem;
+    const robot::PostureProblem whole = search_.problem();
+    // What is taken up, put down or pushed moves too.
+    robot::PostureProblem& problem = search_.problem();
+    problem.clearance = kWayClearance;
+    problem.obstacles.clear();
+    for (size_t k = 0; k < whole.obstacles.size(); ++k) {
+      if (Moves(search_.NameOf(static_cast<int>(k)).solid)) continue;
+      problem.obstacles.push_back(whole.obstacles[k]);
+      kept_.push_back(static_cast<int>(k));
     }
-    return "";
+    const std::vector<Stretch> stretches = Stretches();
+    const Stretch* blocked = nullptr;
+    const std::string found = FollowAll(stretches, posture, &blocked);
+    std::string other_found = found;
+    if (blocked != nullptr) {
+      // The elbow may be free at the far end, and come from there to the key pose.
+      robot::Posture other = posture;
+      SolveOnWay(blocked->X_WFar, whole.rest, other);
+      if (Follows(other) && other.distance >= 0 && Follow(*blocked, 1, 0, other).empty()) {
+        robot::PostureProblem there = whole;
+        there.rest = other.q;
+        search_.solver().Solve(there, other);
+        if (other.reaches() && other.distance >= kLeastLinkClearance)
+          other_found = FollowAll(stretches, other, &blocked);
+        if (other_found.empty()) posture = other;
+      }
+    }
+    problem = whole;
+    if (other_found.empty()) return "";
+    blocked_end = blocked->end;
+    return found;
   }
 
  private:
   /// The control frame is the hand or what it holds: else a tool moves it.
   bool Carries() const { return schema_.control == kHand || schema_.control == holder_; }
 
-  Vector3d InWorld(const Vector3d& by, In in) const {
+  /// Adds a displacement of the hand. What the hand holds turns with it; anything else does not.
+  void Add(const Vector3d& by, In in, constraints::Offset& offset) const {
+    const Eigen::Matrix3d R_BaseW = facts_.problem().robot.X_WBase.R.transpose();
     switch (in) {
-      case In::kControl:
-        return tree_.PoseAt(schema_.control, step_, poses_).R * by;
-      case In::kTarget:
-        return tree_.PoseAt(schema_.target, step_, poses_).R * by;
       case In::kHand:
-        return X_WHand_.R * by;
+        offset.by_H += by;
+        break;
+      case In::kControl:
+        if (Carries()) {
+          offset.by_H += X_WHand_.R.transpose() * tree_.PoseAt(schema_.control, step_, poses_).R * by;
+        } else {
+          offset.by_B += R_BaseW * tree_.PoseAt(schema_.control, step_, poses_).R * by;
+        }
+        break;
+      case In::kTarget:
+        offset.by_B += R_BaseW * tree_.PoseAt(schema_.target, step_, poses_).R * by;
+        break;
       case In::kWorld:
+        offset.by_B += R_BaseW * by;
         break;
     }
-    return by;
+  }
+
+  Vector3d InWorld(const constraints::Offset& offset) const {
+    return X_WHand_.R * offset.by_H + facts_.problem().robot.X_WBase.R * offset.by_B;
+  }
+  double Length(const constraints::Offset& offset) const { return InWorld(offset).norm(); }
+
+  Stretch Displaced(const constraints::Offset& offset, bool before, bool carries) const {
+    return {{X_WHand_.R, X_WHand_.p + InWorld(offset)}, before, carries, {offset, Length(offset), false}};
   }
 
   std::vector<Stretch> Stretches() const {
     std::vector<Stretch> all;
     const std::vector<Verb>& verbs = schema_.execute;
     bool holding = schema_.control != kHand;
-    Vector3d offset = Vector3d::Zero(), shifted = Vector3d::Zero();
+    constraints::Offset offset, shifted;
     bool reached = false;
     for (const Verb& verb : verbs) {
       if (const auto* reach = std::get_if<ReachVerb>(&verb)) {
-        const Vector3d by = InWorld(reach->offset, reach->in);
-        if (by.norm() > 1e-9) {
-          offset = by;
+        if (reach->offset.norm() > 1e-9) {
+          offset = {};
+          Add(reach->offset, reach->in, offset);
         } else if (!reached) {
           reached = true;
-          if (offset.norm() > 1e-9) all.push_back({{X_WHand_.R, X_WHand_.p + offset}, true, holding});
+          if (Length(offset) > 1e-9) all.push_back(Displaced(offset, true, holding));
         }
       } else if (const auto* gripper = std::get_if<GripperVerb>(&verb)) {
         holding = !gripper->close_on.empty();
       } else if (const auto* shift = std::get_if<ShiftVerb>(&verb); shift != nullptr && reached) {
-        shifted += InWorld(shift->by, shift->in);
-        all.push_back({{X_WHand_.R, X_WHand_.p + shifted}, false, holding});
+        Add(shift->by, shift->in, shifted);
+        all.push_back(Displaced(shifted, false, holding));
       }
     }
-    if (!Carries() && step_ > 0) all.push_back({tree_.PoseAt(kHand, step_ - 1, poses_), true, false});
+    if (!Carries() && step_ > 0) {
+      const Pose X_WBefore = tree_.PoseAt(kHand, step_ - 1, poses_);
+      all.push_back({X_WBefore, true, false, {{}, (X_WBefore.p - X_WHand_.p).norm(), true}});
+    }
     return all;
   }
 
-  std::string Follow(const Stretch& stretch) {
-    const ActingRobot& robot = facts_.problem().robot;
+  /// Follows a stretch from the share `from` of it to `to`, 0 being the key pose, with the arm at `posture`,
+  /// which then is where it came to. Empty if it comes through; else why not.
+  std::string Follow(const Stretch& stretch, double from, double to, robot::Posture& posture) {
     const Pose X_HandFar = math::Between(X_WHand_, stretch.X_WFar);
     const math::Vector6d whole = math::LogSE3(X_HandFar);
-    const int count = std::max(1, static_cast<int>(std::ceil(X_HandFar.p.norm() / kSpacing)));
-    robot::PostureProblem& problem = search_.problem();
-    const double clearance = problem.clearance;
-    problem.clearance = kWayClearance;
-    // What is taken up, put down or pushed moves too: left out here.
-    const std::vector<robot::PostureObstacle> all = problem.obstacles;
-    std::vector<int> kept;
-    problem.obstacles.clear();
-    for (size_t k = 0; k < all.size(); ++k) {
-      if (Moves(search_.NameOf(static_cast<int>(k)).solid)) continue;
-      problem.obstacles.push_back(all[k]);
-      kept.push_back(static_cast<int>(k));
-    }
-    std::string found;
-    robot::Posture posture = witness_.posture;
-    for (int i = 1; i <= count && found.empty(); ++i) {
-      const Pose X_WH = X_WHand_ * math::ExpSE3(whole * i / count);
-      problem.X_BH = math::Between(robot.X_WBase, X_WH);
-      const Eigen::VectorXd before = posture.q;
-      problem.rest = before;
-      search_.solver().Solve(problem, posture, kIterations);
-      if (posture.obstacle >= 0) posture.obstacle = kept[static_cast<size_t>(posture.obstacle)];
-      if (posture.position_error > kOffWay || posture.rotation_error > kTurnedOffWay) {
-        found = search_.Explain(posture);
-      } else if (posture.distance < 0) {
-        found = search_.Explain(posture);
-      } else if ((posture.q - before).cwiseAbs().maxCoeff() > kJump) {
-        found = "the arm would have to swing round";
-      } else {
-        found = CheckMoved(stretch, X_WH);
+    const double spacing = 1 / std::max(1.0, std::ceil(X_HandFar.p.norm() / kSpacing));
+    const double sign = to < from ? -1 : 1;
+    double s = from, ds = spacing;
+    while (std::abs(to - s) > 1e-9) {
+      ds = std::min(ds, std::abs(to - s));
+      const Pose X_WH = X_WHand_ * math::ExpSE3(whole * (s + sign * ds));
+      robot::Posture there = posture;
+      SolveOnWay(X_WH, posture.q, there);
+      const bool follows = Follows(there);
+      // Near a singularity the joints turn fast, yet steadily: looked at more closely.
+      const bool swings = (there.q - posture.q).cwiseAbs().maxCoeff() > kSteady;
+      if ((!follows || swings) && ds > kFinest * spacing) {
+        ds /= 2;
+        continue;
       }
+      if (!follows || there.distance < 0) return search_.Explain(there);
+      if (swings) return "the arm would have to swing round";
+      const std::string moved = CheckMoved(stretch, X_WH);
+      if (!moved.empty()) return moved;
+      posture = there;
+      s += sign * ds;
+      ds = std::min(2 * ds, spacing);
     }
-    problem.obstacles = all;
-    problem.clearance = clearance;
-    problem.rest = robot.model->home();
-    return found;
+    return "";
+  }
+
+  std::string FollowAll(const std::vector<Stretch>& stretches, const robot::Posture& from,
+                        const Stretch** blocked) {
+    for (const Stretch& stretch : stretches) {
+      robot::Posture posture = from;
+      const std::string problem = Follow(stretch, 0, 1, posture);
+      if (problem.empty()) continue;
+      *blocked = &stretch;
+      return (stretch.before ? "on the way there, " : "on the way back, ") + problem;
+    }
+    return "";
+  }
+
+  bool Follows(const robot::Posture& posture) const {
+    return posture.position_error <= kOffWay && posture.rotation_error <= kTurnedOffWay;
+  }
+
+  /// Brings the hand to a place on the way; the elbow stays near `rest`. Whatever moves on the way is no
+  /// obstacle.
+  void SolveOnWay(const Pose& X_WH, const Eigen::VectorXd& rest, robot::Posture& posture) {
+    robot::PostureProblem& problem = search_.problem();
+    problem.X_BH = math::Between(facts_.problem().robot.X_WBase, X_WH);
+    problem.rest = rest;
+    search_.solver().Solve(problem, posture, kIterations);
+    if (posture.obstacle >= 0) posture.obstacle = kept_[static_cast<size_t>(posture.obstacle)];
   }
 
   bool Moves(int solid) const {
@@ -182,19 +246,21 @@ class WayChecker {
   const StepSchema& schema_;
   const FrameTree& tree_;
   const std::vector<Pose>& poses_;
-  const Witness& witness_;
   int step_;
   WitnessSearch& search_;
   Pose X_WHand_;
   std::string holder_;
+  std::vector<int> kept_;  // Indices of the obstacles that are left on the way.
 };
 
 }  // namespace
 
-std::string CheckWay(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-                     const std::vector<Pose>& poses, const std::vector<Witness>& witnesses, int step,
-                     WitnessSearch& search) {
-  return WayChecker(facts, steps, tree, poses, witnesses, step, search).Run();
+std::string FreeWay(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
+                    const std::vector<Pose>& poses, int step, WitnessSearch& search, Witness& witness) {
+  const std::string problem =
+      WayChecker(facts, steps, tree, poses, step, search).Run(witness.posture, witness.blocked);
+  witness.q = witness.posture.q;
+  return problem;
 }
 
 }  // namespace tether::planning

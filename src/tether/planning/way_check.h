@@ -14,9 +14,9 @@ namespace tether::planning {
 /// key pose itself keeps clear of. Empty if so; else why not, in words that follow the action: "on the way
 /// there, panda's link5 would be 1.2 cm inside shelf".
 ///
-/// `search` is that of the skeleton; `witnesses` are its witnesses, all found.
-std::string CheckWay(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-                     const std::vector<math::Pose>& poses, const std::vector<Witness>& witnesses, int step,
-                     WitnessSearch& search);
+/// Where they are not free from the witness, but are with the elbow elsewhere, the witness becomes that.
+/// `search` is that of the skeleton; `witness` is that of the step, and was found.
+std::string FreeWay(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
+                    const std::vector<math::Pose>& poses, int step, WitnessSearch& search, Witness& witness);
 
 }  // namespace tether::planning

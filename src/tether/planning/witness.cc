@@ -102,7 +102,7 @@ Witness WitnessSearch::FindOne(const Eigen::VectorXd& from, const Eigen::VectorX
     // Less clearance rather than another branch.
     return best.reaches() && best.distance >= kLeastLinkClearance;
   };
-  witness.found = attempt(from) || (other != nullptr && attempt(*other));
+  witness.found = (other != nullptr && attempt(*other)) || attempt(from);
   if (!witness.found && BeyondReach(model, problem_.X_BH) <= 0) {
     Random random(1);
     for (int i = 0; i < kElsewhere && !witness.found; ++i) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "tether/constraints/arm_function.h"
 #include "tether/planning/frame_tree.h"
 #include "tether/planning/step_context.h"
 #include "tether/robot/posture.h"
@@ -19,6 +21,13 @@ inline constexpr double kLeastLinkClearance = 0.002;
 /// Joints keep this from their limits, rad.
 inline constexpr double kLimitMargin = 0.03;
 
+/// The other end of a straight motion of the hand from or to a key pose.
+struct WayEnd {
+  constraints::Offset offset;   ///< From the hand at the key pose.
+  double length = 0;            ///< m
+  bool at_step_before = false;  ///< It is the key pose of the step before: `offset` does not count.
+};
+
 /// A configuration of the arm in which the hand is where a key pose has it: the evidence that the arm can
 /// take it.
 struct Witness {
@@ -28,6 +37,7 @@ struct Witness {
   /// ways to and from it are not free; empty if they are.
   std::string problem;
   robot::Posture posture;
+  std::optional<WayEnd> blocked;  ///< If found, of the first way that is not free.
 };
 
 /// Looks for witnesses. One for each skeleton and thread.

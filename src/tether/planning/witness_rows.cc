@@ -22,6 +22,9 @@ constexpr double kNearLink = 0.03;
 // Of the joints' distance from where the search left them, in the cost, per rad²: next to nothing, but it
 // makes the elbow's freedom no direction without curvature.
 constexpr double kStay = 1e-4;
+// Along a straight way no joint turns further than this, rad and rad per m.
+constexpr double kLeastTurn = 0.15;
+constexpr double kTurnPerLength = 4;
 // Hands further from where they must be than this are beyond help, m and rad together.
 constexpr double kHopeless = 0.5;
 
@@ -45,22 +48,61 @@ class StayNear final : public nlp::Residual {
   Eigen::VectorXd rest_;
 };
 
+/// |q_a − q_b| less `most`, rad: 2n rows, for two vector blocks.
+class StayClose final : public nlp::Residual {
+ public:
+  StayClose(std::string name, int step, int a, int b, int dof, double most)
+      : Residual(std::move(name), step, 2 * dof, nlp::Unit::kRadian,
+                 {{nlp::BlockRef::Kind::kVector, a}, {nlp::BlockRef::Kind::kVector, b}}),
+        dof_(dof),
+        most_(most) {}
+
+  void Evaluate(const nlp::Point& x, nlp::VectorRef r, nlp::JacobianRef* J) const override {
+    const Eigen::VectorXd &a = x.vectors[static_cast<size_t>(blocks()[0].index)],
+                          &b = x.vectors[static_cast<size_t>(blocks()[1].index)];
+    for (int i = 0; i < dof_; ++i) {
+      r[2 * i] = a[i] - b[i] - most_;
+      r[2 * i + 1] = b[i] - a[i] - most_;
+    }
+    if (J == nullptr) return;
+    J->setZero();
+    for (int i = 0; i < dof_; ++i) {
+      (*J)(2 * i, i) = (*J)(2 * i + 1, dof_ + i) = 1;
+      (*J)(2 * i + 1, i) = (*J)(2 * i, dof_ + i) = -1;
+    }
+  }
+
+ private:
+  int dof_;
+  double most_;
+};
+
 class RowWriter {
  public:
   RowWriter(const SceneFacts& facts, const std::vector<BoundStep>& steps, KeyPoseProgram& key_poses)
       : facts_(facts), steps_(steps), key_poses_(key_poses), model_(facts.problem().robot.model) {}
 
-  JointBlock& AddBlock(int step, const robot::PostureProblem& problem, const Eigen::VectorXd& q) {
+  /// The joints at a step, or at the far end of a way from there.
+  JointBlock& AddBlock(int step, const robot::PostureProblem& problem, const Eigen::VectorXd& q,
+                       bool far = false, const constraints::Offset& offset = {}) {
     const std::string& robot = facts_.problem().robot.name;
     const nlp::BlockRef block =
         key_poses_.program.AddVector(ActionOf(step) + ": joints of " + robot, problem.lower, problem.upper);
-    JointBlock joints{step, block.index, {}};
-    Add(joints, Role::kEquality, "hand of " + robot, constraints::MakeHandPosition(model_), {kHand});
+    JointBlock joints{step, block.index, far, {}};
+    Add(joints, Role::kEquality, "hand of " + robot, constraints::MakeHandPosition(model_, offset), {kHand});
     Add(joints, Role::kEquality, "turn of the hand of " + robot, constraints::MakeHandRotation(model_),
         {kHand});
     key_poses_.program.Add(std::make_shared<StayNear>(step, block.index, q), Role::kCost);
     key_poses_.joints.push_back(std::move(joints));
     return key_poses_.joints.back();
+  }
+
+  /// The arm gets from one to the other along a straight way.
+  void Tie(int step, int vector_a, int vector_b, double length) {
+    key_poses_.program.Add(std::make_shared<StayClose>(
+                               ActionOf(step) + ": joints on the way of " + facts_.problem().robot.name, step,
+                               vector_a, vector_b, model_->dof(), kLeastTurn + kTurnPerLength * length),
+                           Role::kInequality);
   }
 
   /// Adds rows for what is near at `q` and has none. True if there was any.
@@ -144,7 +186,7 @@ void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
   if (!NeedsWitnesses(facts.problem())) return;
   WitnessSearch search(facts, key_poses.tree);
   for (const JointBlock& joints : key_poses.joints) {
-    if (static_cast<size_t>(joints.vector) < x.vectors.size())
+    if (!joints.far && static_cast<size_t>(joints.vector) < x.vectors.size())
       search.Suggest(joints.step, x.vectors[static_cast<size_t>(joints.vector)]);
   }
   std::vector<Witness>& witnesses = key_poses.witnesses;
@@ -153,7 +195,7 @@ void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
     return;
   for (size_t t = 0; t < witnesses.size(); ++t) {
     witnesses[t].problem =
-        CheckWay(facts, steps, key_poses.tree, x.poses, witnesses, static_cast<int>(t), search);
+        FreeWay(facts, steps, key_poses.tree, x.poses, static_cast<int>(t), search, witnesses[t]);
   }
 }
 
@@ -170,22 +212,40 @@ bool AddMissingWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& 
     const robot::Posture& posture = witness.posture;
     if (!witness.found && posture.position_error + posture.rotation_error > kHopeless) return false;
   }
+  const auto find = [&](int step, bool far) {
+    return std::find_if(key_poses.joints.begin(), key_poses.joints.end(),
+                        [&](const JointBlock& joints) { return joints.step == step && joints.far == far; });
+  };
+  // The vector block of a step's joints; with rows for what is near them.
+  const auto joints_at = [&](int t) {
+    const Eigen::VectorXd& q = key_poses.witnesses[static_cast<size_t>(t)].q;
+    search.SetStep(key_poses.tree, x.poses, t);
+    auto known = find(t, false);
+    if (known == key_poses.joints.end()) {
+      JointBlock& joints = writer.AddBlock(t, search.problem(), q);
+      guess.vectors.push_back(q);
+      writer.AddNear(joints, search, search.problem(), q);
+      added = true;
+      return joints.vector;
+    }
+    const Eigen::VectorXd& present = guess.vectors[static_cast<size_t>(known->vector)];
+    added = writer.AddNear(*known, search, search.problem(), present) || added;
+    return known->vector;
+  };
   for (int t = 0; t < static_cast<int>(key_poses.witnesses.size()); ++t) {
     const Witness& witness = key_poses.witnesses[static_cast<size_t>(t)];
-    if (witness.found) continue;
-    search.SetStep(key_poses.tree, x.poses, t);
-    const auto known = std::find_if(key_poses.joints.begin(), key_poses.joints.end(),
-                                    [&](const JointBlock& joints) { return joints.step == t; });
-    if (known == key_poses.joints.end()) {
-      JointBlock& joints = writer.AddBlock(t, search.problem(), witness.q);
-      guess.vectors.push_back(witness.q);
-      writer.AddNear(joints, search, search.problem(), witness.q);
-      added = true;
-    } else {
-      added =
-          writer.AddNear(*known, search, search.problem(), x.vectors[static_cast<size_t>(known->vector)]) ||
-          added;
+    if (!witness.found) joints_at(t);
+    if (!witness.blocked || find(t, true) != key_poses.joints.end()) continue;
+    const int here = joints_at(t);
+    const WayEnd& end = *witness.blocked;
+    if (end.at_step_before) {
+      writer.Tie(t, here, joints_at(t - 1), end.length);
+      continue;
     }
+    const int there = writer.AddBlock(t, search.problem(), witness.q, true, end.offset).vector;
+    guess.vectors.push_back(witness.q);
+    writer.Tie(t, here, there, end.length);
+    added = true;
   }
   guess.parameters = key_poses.tree.parameters();
   if (added) key_poses.guess = std::move(guess);

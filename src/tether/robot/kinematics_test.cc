@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -15,6 +14,7 @@
 #include "tether/common/error.h"
 #include "tether/common/heap_counter.h"
 #include "tether/common/random.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/geometry/distance.h"
 #include "tether/robot/model.h"
@@ -23,7 +23,6 @@
 namespace tether::robot {
 namespace {
 
-namespace fs = std::filesystem;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -90,12 +89,10 @@ solid:
 )";
 
 std::shared_ptr<const Model> LoadCrooked(const std::string& yaml = kCrookedYaml) {
-  const fs::path folder = fs::path(testing::TempDir()) / "crooked_robot";
-  fs::create_directories(folder);
-  std::ofstream(folder / "crooked.yaml") << yaml;
-  std::ofstream(folder / "crooked.xml") << kCrookedMjcf;
-  auto model = Model::Load((folder / "crooked.yaml").string());
-  return model;
+  static const ScratchFolder folder;  // MuJoCo reads the files again later
+  std::ofstream(folder.File("crooked.yaml")) << yaml;
+  std::ofstream(folder.File("crooked.xml")) << kCrookedMjcf;
+  return Model::Load(folder.File("crooked.yaml"));
 }
 
 class KinematicsTest : public testing::TestWithParam<std::string> {

@@ -16,6 +16,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/random.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/geometry/support.h"
 
@@ -211,31 +212,28 @@ TEST(ModelTest, TheHandsFingersTouchWhatIsHeld) {
 class OwnRobotTest : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / "own_robot";
-    fs::create_directories(folder_);
     const fs::path shipped = fs::path(DataDirectory()) / "models" / "robots";
     yaml_ = ReadFile((shipped / "panda.yaml").string());
     mjcf_ = ReadFile((shipped / "panda.xml").string());
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   // The message on loading the Panda with a piece of a file replaced; empty if it loads.
   std::string Replaced(std::string* text, const std::string& from, const std::string& to) {
     const std::string kept = *text;
     EXPECT_NE(text->find(from), std::string::npos) << from;
     text->replace(text->find(from), from.size(), to);
-    std::ofstream(folder_ / "own.yaml") << yaml_;
-    std::ofstream(folder_ / "panda.xml") << mjcf_;
+    std::ofstream(folder_.path() / "own.yaml") << yaml_;
+    std::ofstream(folder_.path() / "panda.xml") << mjcf_;
     *text = kept;
     try {
-      Model::Load((folder_ / "own.yaml").string());
+      Model::Load(folder_.File("own.yaml"));
     } catch (const InputError& error) {
       return error.what();
     }
     return "";
   }
 
-  fs::path folder_;
+  ScratchFolder folder_;
   std::string yaml_, mjcf_;
 };
 

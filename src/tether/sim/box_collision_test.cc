@@ -12,6 +12,7 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/random.h"
+#include "tether/common/scratch_folder.h"
 
 namespace tether::sim {
 namespace {
@@ -19,14 +20,14 @@ namespace {
 // Unguarded, about one in a thousand of these collisions reports a contact a metre deep.
 TEST(BoxCollisionTest, BoxesThatLieFlatUpToRoundingTouchAsDeepAsTheyAre) {
   GuardBoxCollision();
-  const std::string path = testing::TempDir() + "flat_box.xml";
+  const ScratchFolder folder;
+  const std::string path = folder.File("flat_box.xml");
   std::ofstream(path) << R"(<mujoco><worldbody><geom type="box" size="1 0.5 0.25" pos="0.5 0 -0.25"/>
       <body pos="0.4 0.1 0.024996"><freejoint/><geom type="box" size="0.025 0.025 0.025" mass="0.1"/></body>
       </worldbody></mujoco>)";
   std::array<char, 500> error{};
   const std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model(
       mj_loadXML(path.c_str(), nullptr, error.data(), error.size()), mj_deleteModel);
-  std::remove(path.c_str());
   ASSERT_NE(model, nullptr) << error.data();
   const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), mj_deleteData);
   Random random(3);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/geometry/polytope.h"
 #include "tether/sim/test_scenes.h"
@@ -20,23 +21,21 @@ using testing::HasSubstr;
 
 // The Panda with a piece of its MJCF replaced, built into a world; the message if that fails.
 std::string BuildReplaced(const std::string& from, const std::string& to) {
-  const fs::path folder = fs::path(testing::TempDir()) / "composed_robot";
-  fs::create_directories(folder);
+  const ScratchFolder folder;
   const fs::path shipped = fs::path(robot::DataDirectory()) / "models" / "robots";
   std::string mjcf = ReadFile((shipped / "panda.xml").string());
   EXPECT_NE(mjcf.find(from), std::string::npos) << from;
   mjcf.replace(mjcf.find(from), from.size(), to);
-  WriteFile((folder / "panda.xml").string(), mjcf);
-  WriteFile((folder / "panda.yaml").string(), ReadFile((shipped / "panda.yaml").string()));
+  WriteFile(folder.File("panda.xml"), mjcf);
+  WriteFile(folder.File("panda.yaml"), ReadFile((shipped / "panda.yaml").string()));
   scene::Scene scene;
   scene.robots = {MakePanda()};
   std::string message;
   try {
-    World(scene, {{"panda", robot::Model::Load((folder / "panda.yaml").string())}}).Apply({}, 0.001);
+    World(scene, {{"panda", robot::Model::Load(folder.File("panda.yaml"))}}).Apply({}, 0.001);
   } catch (const InputError& error) {
     message = error.what();
   }
-  fs::remove_all(folder);
   return message;
 }
 

@@ -11,6 +11,7 @@
 #include <png.h>
 
 #include "tether/common/error.h"
+#include "tether/common/scratch_folder.h"
 #include "tether/sim/test_scenes.h"
 
 namespace tether::sim {
@@ -44,7 +45,8 @@ TEST(RendererTest, PicturesShowTheWorldAsItIs) {
   World world(scene, {{"panda", Panda()}});
   Renderer renderer(world, 640, 480);
   const char* keep = std::getenv("TETHER_KEEP_PICTURES");
-  const std::string path = (keep ? std::string(keep) + "/" : testing::TempDir()) + "world.png";
+  const ScratchFolder folder;
+  const std::string path = keep ? std::string(keep) + "/world.png" : folder.File("world.png");
   renderer.WritePng(world, path);
   unsigned width = 0, height = 0;
   const std::vector<unsigned char> before = ReadPng(path, &width, &height);
@@ -57,7 +59,6 @@ TEST(RendererTest, PicturesShowTheWorldAsItIs) {
   world.PlaceObject("box", math::Pose(Eigen::Vector3d(0, 0, -40)));
   renderer.WritePng(world, path);
   EXPECT_EQ(Count(ReadPng(path, &width, &height), red), 0u);
-  if (!keep) std::remove(path.c_str());
 }
 
 TEST(RendererTest, MistakesAreExplained) {
