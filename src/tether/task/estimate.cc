@@ -1,22 +1,176 @@
 #include "tether/task/estimate.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tether::task {
+namespace {
 
-Estimate::Estimate(const Product& product, bool blind, bool unit_costs) : product_(product) {
+using symbolic::Variable;
+
+constexpr size_t kMostPairs = 1000;  ///< Of values of a merge.
+constexpr size_t kMostMerges = 4;    ///< That are tried.
+constexpr int64_t kLeastGain = 25;   ///< What gains less than one part in so many is not worth starting anew.
+
+bool Contains(const std::vector<int>& list, int item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+/// What each action has to do with a variable.
+struct Uses {
+  std::vector<bool> asks, changes;  ///< By action.
+  bool sometimes = false;           ///< A conditional effect changes it.
+};
+
+Uses FindUses(const symbolic::Task& task, const Variable& variable) {
+  Uses uses;
+  for (const symbolic::GroundAction& action : task.actions()) {
+    bool changes = false;
+    for (const symbolic::GroundEffect& effect : action.effects) {
+      const bool own = std::any_of(variable.atoms.begin(), variable.atoms.end(), [&](int atom) {
+        return Contains(effect.adds, atom) || Contains(effect.deletes, atom);
+      });
+      changes = changes || own;
+      uses.sometimes = uses.sometimes || (own && !effect.condition.always());
+    }
+    const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
+    uses.changes.push_back(changes);
+    uses.asks.push_back(std::any_of(literals.begin(), literals.end(),
+                                    [&](int literal) { return Contains(variable.atoms, literal / 2); }));
+  }
+  return uses;
+}
+
+}  // namespace
+
+Estimate::Estimate(const Product& product, bool blind, bool unit_costs)
+    : product_(product), unit_costs_(unit_costs) {
   if (blind) return;
   cut_ = std::make_unique<Cut>(product, unit_costs);
   const std::vector<int64_t>& costs = cut_->relaxation.costs();
   if (costs.size() > 1) cheapest_ = *std::min_element(costs.begin(), costs.end() - 1);
 }
 
+int64_t Estimate::Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before, int action) {
+  cut.relaxation.FindFacts(state, facts_);
+  const int64_t estimate = cut.heuristic.Evaluate(facts_, before, action);
+  if (!cut.potentials || estimate == kDeadEnd) return estimate;
+  return std::max<int64_t>(estimate + cut.potentials->Offset(state), 0);
+}
+
 int64_t Estimate::Evaluate(symbolic::StateView state, std::span<const int> before, int action) {
   if (!cut_) return 0;
-  cut_->relaxation.FindFacts(state, facts_);
-  const int64_t estimate = cut_->heuristic.Evaluate(facts_, before, action);
+  const int64_t estimate = Evaluate(*cut_, state, before, action);
   if (product_.automaton() == nullptr || estimate == kDeadEnd) return estimate;
   return std::max(estimate, cheapest_ * product_.automaton()->LowerBound(product_.AutomatonState(state)));
+}
+
+int64_t Estimate::Sum(Cut& cut, std::span<const symbolic::State> samples) {
+  int64_t sum = 0;
+  for (const symbolic::State& state : samples) {
+    const int64_t estimate = Evaluate(cut, state, {}, -1);
+    if (estimate != kDeadEnd) sum += estimate;
+  }
+  return sum;
+}
+
+/// Pairs of variables each of which is asked for where the other changes, those with most such actions first.
+std::vector<Merge> Estimate::FindMerges() const {
+  const std::vector<Variable>& variables = invariants_->variables;
+  std::vector<Uses> uses;
+  for (const Variable& variable : variables) uses.push_back(FindUses(product_.task(), variable));
+  std::vector<std::pair<size_t, Merge>> found;
+  for (size_t i = 0; i < variables.size(); ++i) {
+    for (size_t k = i + 1; k < variables.size(); ++k) {
+      Merge merge{variables[i], variables[k]};
+      if (uses[i].sometimes || uses[k].sometimes || merge.values() > kMostPairs) continue;
+      const bool apart = std::none_of(merge.first.atoms.begin(), merge.first.atoms.end(),
+                                      [&](int atom) { return Contains(merge.second.atoms, atom); });
+      if (!apart) continue;
+      size_t first = 0, second = 0;
+      for (size_t a = 0; a < product_.task().actions().size(); ++a) {
+        first += uses[i].changes[a] && !uses[k].changes[a] && uses[k].asks[a];
+        second += uses[k].changes[a] && !uses[i].changes[a] && uses[i].asks[a];
+      }
+      if (first > 0 && second > 0) found.emplace_back(first + second, std::move(merge));
+    }
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Merge> merges;
+  for (size_t i = 0; i < std::min(found.size(), kMostMerges); ++i)
+    merges.push_back(std::move(found[i].second));
+  return merges;
+}
+
+/// Changes weights one after another as long as the sum grows, and returns it with what was done.
+int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int64_t sum,
+                        size_t max_evaluations, std::vector<Shift>& done) {
+  Potentials& potentials = *cut.potentials;
+  int64_t step = kDeadEnd;
+  for (int64_t cost : cut.relaxation.costs()) {
+    if (cost > 0) step = std::min(step, cost);
+  }
+  if (step == kDeadEnd) return sum;
+  const size_t count = potentials.directions().size();
+  size_t evaluations = 0;
+  for (size_t i = 0, idle = 0; idle < count; i = (i + 1) % count, ++idle) {
+    for (const int64_t change : {-step, step}) {
+      if (evaluations + samples.size() > max_evaluations) return sum;
+      if (!potentials.Shift(potentials.directions()[i], change)) continue;
+      cut.heuristic.SetCosts(potentials.costs());
+      evaluations += samples.size();
+      const int64_t now = Sum(cut, samples);
+      if (now > sum) {
+        sum = now;
+        idle = 0;
+        done.push_back({i, change});
+        break;
+      }
+      potentials.Shift(potentials.directions()[i], -change);
+      cut.heuristic.SetCosts(potentials.costs());
+    }
+  }
+  return sum;
+}
+
+bool Estimate::Strengthen(std::span<const symbolic::State> samples,
+                          const std::vector<symbolic::AtomPermutation>& exchanges, size_t max_evaluations) {
+  if (!cut_ || samples.empty()) return false;
+  if (!invariants_) {
+    auto mutexes = symbolic::Mutexes::Find(product_.task(), exchanges);
+    if (!mutexes) return false;
+    auto variables = symbolic::FindVariables(product_.task(), *mutexes, exchanges);
+    invariants_ = std::make_unique<Invariants>(Invariants{std::move(*mutexes), std::move(variables)});
+  }
+  const int64_t before = Sum(*cut_, samples);
+  int64_t sum = before;
+  std::unique_ptr<Cut> fresh;
+  if (generation_ == 0) {
+    fresh = std::make_unique<Cut>(product_, unit_costs_);
+    for (const Merge& merge : FindMerges()) {
+      auto merged = std::make_unique<Cut>(product_, unit_costs_, merge, invariants_->mutexes);
+      const int64_t own = Sum(*merged, samples);
+      if (own <= sum) continue;
+      sum = own;
+      fresh = std::move(merged);
+    }
+    fresh->potentials = std::make_unique<Potentials>(product_, fresh->relaxation, invariants_->mutexes,
+                                                     invariants_->variables);
+  }
+  Cut& cut = fresh ? *fresh : *cut_;
+  std::vector<Shift> done;
+  sum = Climb(cut, samples, sum, max_evaluations, done);
+  if (sum - before < std::max<int64_t>(before / kLeastGain, 1)) {
+    // Backwards: then no cost becomes negative on the way.
+    for (auto it = done.rbegin(); it != done.rend(); ++it)
+      cut.potentials->Shift(cut.potentials->directions()[it->direction], -it->change);
+    cut.heuristic.SetCosts(cut.potentials->costs());
+    return false;
+  }
+  if (fresh) cut_ = std::move(fresh);
+  ++generation_;
+  return true;
 }
 
 }  // namespace tether::task

@@ -11,7 +11,7 @@ constexpr int64_t kFar = LandmarkCut::kDeadEnd;
 
 LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation) {
   const size_t operators = relaxation.operators().size(), facts = static_cast<size_t>(relaxation.facts());
-  std::vector<std::vector<int>> users(facts), adders(facts), of_action(relaxation.costs().size());
+  std::vector<std::vector<int>> users(facts), adders(facts), of_payer(relaxation.costs().size());
   auto lay_out = [](const std::vector<int>& items, std::vector<int>& list, std::vector<Range>& ranges) {
     const int begin = static_cast<int>(list.size());
     list.insert(list.end(), items.begin(), items.end());
@@ -19,21 +19,28 @@ LandmarkCut::LandmarkCut(const Relaxation& relaxation) : relaxation_(relaxation)
   };
   for (size_t i = 0; i < operators; ++i) {
     const Relaxation::Operator& op = relaxation.operators()[i];
-    action_.push_back(op.action);
-    fresh_.push_back({relaxation.costs()[static_cast<size_t>(op.action)], 0, -1,
+    payer_.push_back(op.payer);
+    fresh_.push_back({relaxation.costs()[static_cast<size_t>(op.payer)], 0, -1,
                       static_cast<int>(op.preconditions.size()), -1, -1});
     lay_out(op.preconditions, precondition_list_, preconditions_);
     lay_out(op.adds, add_list_, adds_);
     for (int fact : op.preconditions) users[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
     for (int fact : op.adds) adders[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
-    of_action[static_cast<size_t>(op.action)].push_back(static_cast<int>(i));
+    of_payer[static_cast<size_t>(op.payer)].push_back(static_cast<int>(i));
   }
   for (const auto& list : users) lay_out(list, user_list_, users_);
   for (const auto& list : adders) lay_out(list, adder_list_, adders_);
-  for (const auto& list : of_action) lay_out(list, of_action_list_, of_action_);
+  for (const auto& list : of_payer) lay_out(list, of_payer_list_, of_payer_);
   fact_cost_.resize(facts);
   supported_.resize(facts);
   zone_.resize(facts);
+}
+
+void LandmarkCut::SetCosts(std::span<const int64_t> costs) {
+  for (size_t i = 0; i < fresh_.size(); ++i) {
+    const auto payer = static_cast<size_t>(payer_[i]);
+    if (payer < costs.size()) fresh_[i].cost = costs[payer];
+  }
 }
 
 int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> before, int action) {
@@ -62,15 +69,18 @@ int64_t LandmarkCut::Keep(std::span<const int> before, int action) {
   for (size_t i = 0; i < before.size();) {
     const int cost = before[i];
     const auto landmark = before.subspan(i, 2 + static_cast<size_t>(before[i + 1]));
-    const auto actions = landmark.subspan(2);
+    const auto payers = landmark.subspan(2);
     i += landmark.size();
-    if (std::find(actions.begin(), actions.end(), action) != actions.end()) continue;
+    if (std::any_of(payers.begin(), payers.end(), [&](int payer) {
+          return relaxation_.payers()[static_cast<size_t>(payer)].action == action;
+        }))
+      continue;
     total += cost;
     landmarks_.insert(landmarks_.end(), landmark.begin(), landmark.end());
-    for (int member : actions) {
-      const Range own = of_action_[static_cast<size_t>(member)];
+    for (int member : payers) {
+      const Range own = of_payer_[static_cast<size_t>(member)];
       for (int k = own.begin; k < own.end; ++k) {
-        operators_[static_cast<size_t>(of_action_list_[static_cast<size_t>(k)])].cost -= cost;
+        operators_[static_cast<size_t>(of_payer_list_[static_cast<size_t>(k)])].cost -= cost;
       }
     }
   }
@@ -135,7 +145,7 @@ void LandmarkCut::Explore(std::span<const int> facts) {
 /// Takes the cut's cost from its actions, and brings the facts' costs up to date.
 void LandmarkCut::Update(int64_t least) {
   stack_.clear();
-  for (int op : cut_) stack_.push_back(action_[static_cast<size_t>(op)]);
+  for (int op : cut_) stack_.push_back(payer_[static_cast<size_t>(op)]);
   std::sort(stack_.begin(), stack_.end());
   stack_.erase(std::unique(stack_.begin(), stack_.end()), stack_.end());
   if (least <= std::numeric_limits<int>::max()) {
@@ -143,10 +153,10 @@ void LandmarkCut::Update(int64_t least) {
     landmarks_.push_back(static_cast<int>(stack_.size()));
     landmarks_.insert(landmarks_.end(), stack_.begin(), stack_.end());
   }
-  for (int action : stack_) {
-    const Range own = of_action_[static_cast<size_t>(action)];
+  for (int payer : stack_) {
+    const Range own = of_payer_[static_cast<size_t>(payer)];
     for (int i = own.begin; i < own.end; ++i) {
-      const int op = of_action_list_[static_cast<size_t>(i)];
+      const int op = of_payer_list_[static_cast<size_t>(i)];
       Operator& known = operators_[static_cast<size_t>(op)];
       known.cost -= least;
       if (known.missing == 0) Propagate(op);

@@ -14,7 +14,7 @@ namespace tether::task {
 /// cost to the goal. Round after round, a set of actions is found of which every relaxed plan needs one; the
 /// least of their costs counts, and is taken from each of them.
 ///
-/// Several operators may belong to one action (conditional effects): they pay from the same cost, so that one
+/// Several operators may have one payer (conditional effects): they pay from the same cost, so that one
 /// action is never counted twice.
 class LandmarkCut {
  public:
@@ -23,9 +23,12 @@ class LandmarkCut {
   /// `relaxation` must outlive this.
   explicit LandmarkCut(const Relaxation& relaxation);
 
-  /// Landmarks as numbers: for each its cost, how many actions it has, and these. Every plan needs one of
+  /// Landmarks as numbers: for each its cost, how many payers it has, and these. Every plan needs one of
   /// them.
   using Landmarks = std::vector<int>;
+
+  /// Other costs than the relaxation's, one per payer, not negative. Landmarks from before are void.
+  void SetCosts(std::span<const int64_t> costs);
 
   /// A lower bound on the cost of a plan from where `facts` hold; kDeadEnd if there is none even in the
   /// relaxation. The same facts give the same number, whatever was evaluated before.
@@ -55,7 +58,7 @@ class LandmarkCut {
 
   /// What an evaluation knows of an operator.
   struct Operator {
-    int64_t cost = 0;            ///< What is left of its action's.
+    int64_t cost = 0;            ///< What is left of its payer's.
     int64_t supporter_cost = 0;  ///< Of its dearest precondition.
     int supporter = -1;          ///< Its dearest precondition.
     int missing = 0;             ///< Preconditions not reached.
@@ -64,9 +67,9 @@ class LandmarkCut {
 
   const Relaxation& relaxation_;
   // The relaxation with its lists laid out one after another.
-  std::vector<int> action_;
-  std::vector<Range> preconditions_, adds_, users_, adders_, of_action_;
-  std::vector<int> precondition_list_, add_list_, user_list_, adder_list_, of_action_list_;
+  std::vector<int> payer_;
+  std::vector<Range> preconditions_, adds_, users_, adders_, of_payer_;
+  std::vector<int> precondition_list_, add_list_, user_list_, adder_list_, of_payer_list_;
 
   std::vector<Operator> fresh_, operators_;
   std::vector<int64_t> fact_cost_;  ///< The dearest way's cost (h_max).

@@ -1,6 +1,7 @@
 #include "tether/task/relaxation.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace tether::task {
@@ -15,14 +16,30 @@ void SortUnique(std::vector<int>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
+size_t FindValue(const symbolic::Variable& variable, symbolic::StateView state) {
+  for (size_t i = 0; i < variable.atoms.size(); ++i) {
+    const auto atom = static_cast<size_t>(variable.atoms[i]);
+    if ((state[atom / 64] >> (atom % 64) & 1) != 0) return i;
+  }
+  return variable.atoms.size();
+}
+
 }  // namespace
 
-Relaxation::Relaxation(const Product& product, bool unit_costs) : product_(product) {
-  const symbolic::Task& task = product.task();
-  for (const symbolic::GroundAction& action : task.actions()) costs_.push_back(unit_costs ? 1 : action.cost);
-  free_ = static_cast<int>(costs_.size());
-  costs_.push_back(0);
+size_t Merge::Find(symbolic::StateView state) const {
+  return FindValue(first, state) * second_values() + FindValue(second, state);
+}
 
+Relaxation::Relaxation(const Product& product, bool unit_costs) : product_(product) { Build(unit_costs); }
+
+Relaxation::Relaxation(const Product& product, bool unit_costs, const Merge& merge,
+                       const symbolic::Mutexes& mutexes)
+    : product_(product), merge_(merge), mutexes_(&mutexes) {
+  Build(unit_costs);
+}
+
+void Relaxation::Build(bool unit_costs) {
+  const symbolic::Task& task = product_.task();
   is_negated_.assign(task.atoms().size(), false);
   for (const symbolic::GroundAction& action : task.actions()) {
     NoteNegated(action.precondition.formula());
@@ -31,8 +48,8 @@ Relaxation::Relaxation(const Product& product, bool unit_costs) : product_(produ
   for (const auto& stratum : task.axioms()) {
     for (const symbolic::GroundAxiom& axiom : stratum) NoteNegated(axiom.body.formula());
   }
-  if (product.automaton() == nullptr) NoteNegated(task.goal().formula());
-  for (int atom : product.propositions()) {
+  if (product_.automaton() == nullptr) NoteNegated(task.goal().formula());
+  for (int atom : product_.propositions()) {
     if (atom >= 0) is_negated_[static_cast<size_t>(atom)] = true;
   }
 
@@ -44,13 +61,20 @@ Relaxation::Relaxation(const Product& product, bool unit_costs) : product_(produ
   }
   goal_ = AddFact();
   AddActions();
-  if (product.automaton() != nullptr) {
+  for (const Payer& payer : payers_)
+    costs_.push_back(unit_costs ? 1 : task.actions()[static_cast<size_t>(payer.action)].cost);
+  costs_.push_back(0);
+  AddAxioms();
+  if (product_.automaton() != nullptr) {
     AddAutomaton();
   } else {
     std::vector<int> needed;
-    if (Require(task.goal().formula(), needed)) AddOperator(free_, std::move(needed), {goal_});
+    if (Require(task.goal().formula(), needed)) AddOperator(kFree, std::move(needed), {goal_});
   }
   KeepRelevant();
+  for (Operator& op : operators_) {
+    if (op.payer == kFree) op.payer = static_cast<int>(payers_.size());
+  }
 }
 
 void Relaxation::NoteNegated(const GroundFormula& formula) {
@@ -60,12 +84,12 @@ void Relaxation::NoteNegated(const GroundFormula& formula) {
   for (const GroundFormula& child : formula.children) NoteNegated(child);
 }
 
-void Relaxation::AddOperator(int action, std::vector<int> preconditions, std::vector<int> adds) {
+void Relaxation::AddOperator(int payer, std::vector<int> preconditions, std::vector<int> adds) {
   SortUnique(preconditions);
   SortUnique(adds);
   if (adds.empty()) return;
   if (preconditions.empty()) preconditions.push_back(kTrue);
-  operators_.push_back({action, std::move(preconditions), std::move(adds)});
+  operators_.push_back({payer, std::move(preconditions), std::move(adds)});
 }
 
 bool Relaxation::Require(const GroundFormula& formula, std::vector<int>& preconditions) {
@@ -87,7 +111,7 @@ bool Relaxation::Require(const GroundFormula& formula, std::vector<int>& precond
       const int either = AddFact();
       for (const GroundFormula& child : formula.children) {
         std::vector<int> needed;
-        if (Require(child, needed)) AddOperator(free_, std::move(needed), {either});
+        if (Require(child, needed)) AddOperator(kFree, std::move(needed), {either});
       }
       preconditions.push_back(either);
       return true;
@@ -98,35 +122,157 @@ bool Relaxation::Require(const GroundFormula& formula, std::vector<int>& precond
 
 void Relaxation::AddActions() {
   const symbolic::Task& task = product_.task();
+  if (merge_) {
+    const size_t count = merge_->second_values();
+    possible_.assign(merge_->values(), 0);
+    merged_facts_.assign(merge_->values(), -1);
+    for (size_t i = 0; i < merge_->first_values(); ++i) {
+      std::vector<int> holds;
+      if (i < merge_->first.atoms.size()) holds.push_back(symbolic::Literal(merge_->first.atoms[i], true));
+      const std::vector<bool> beside = FindPossible(merge_->second, count, holds);
+      for (size_t k = 0; k < count; ++k) {
+        possible_[i * count + k] = beside[k] ? 1 : 0;
+        if (beside[k]) merged_facts_[i * count + k] = AddFact();
+      }
+    }
+  }
+  for (size_t i = 0; i < task.actions().size(); ++i) {
+    const symbolic::GroundAction& action = task.actions()[i];
+    const int index = static_cast<int>(i);
+    std::vector<int> needed;
+    if (product_.IsForbidden(index) || !Require(action.precondition.formula(), needed)) {
+      payers_.push_back({index, -1, -1});
+    } else if (merge_ && DependsOnMerge(action)) {
+      AddMerged(index, needed);
+    } else {
+      AddAction(index, needed, {index, -1, -1});
+    }
+  }
+}
+
+/// `needed` are the facts of the precondition.
+void Relaxation::AddAction(int index, const std::vector<int>& needed, Payer payer) {
+  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(index)];
+  const int own = static_cast<int>(payers_.size());
+  payers_.push_back(payer);
   auto add_facts = [&](const symbolic::GroundEffect& effect, std::vector<int>& adds) {
     for (int atom : effect.adds) adds.push_back(positive_[static_cast<size_t>(atom)]);
     for (int atom : effect.deletes) {
       if (negative_[static_cast<size_t>(atom)] >= 0) adds.push_back(negative_[static_cast<size_t>(atom)]);
     }
   };
-  for (size_t i = 0; i < task.actions().size(); ++i) {
-    const symbolic::GroundAction& action = task.actions()[i];
-    std::vector<int> needed;
-    if (product_.IsForbidden(static_cast<int>(i))) continue;
-    if (!Require(action.precondition.formula(), needed)) continue;
-    std::vector<int> always;
-    for (const symbolic::GroundEffect& effect : action.effects) {
-      if (effect.condition.always()) {
-        add_facts(effect, always);
-        continue;
-      }
-      std::vector<int> conditions = needed, adds;
-      if (!Require(effect.condition.formula(), conditions)) continue;
-      add_facts(effect, adds);
-      AddOperator(static_cast<int>(i), std::move(conditions), std::move(adds));
+  std::vector<int> always;
+  if (payer.to != payer.from) always.push_back(merged_facts_[static_cast<size_t>(payer.to)]);
+  for (const symbolic::GroundEffect& effect : action.effects) {
+    if (effect.condition.always()) {
+      add_facts(effect, always);
+      continue;
     }
-    AddOperator(static_cast<int>(i), std::move(needed), std::move(always));
+    std::vector<int> conditions = needed, adds;
+    if (!Require(effect.condition.formula(), conditions)) continue;
+    add_facts(effect, adds);
+    AddOperator(own, std::move(conditions), std::move(adds));
   }
-  for (const auto& stratum : task.axioms()) {
+  AddOperator(own, needed, std::move(always));
+}
+
+namespace {
+
+bool Contains(const std::vector<int>& list, int item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+/// The value of `variable` after `action`, from `value` on; none if that can't be.
+std::optional<size_t> ValueAfter(const symbolic::Variable& variable, const symbolic::GroundAction& action,
+                                 size_t value) {
+  std::optional<size_t> after;
+  bool ends = false;
+  for (const symbolic::GroundEffect& effect : action.effects) {
+    if (!effect.condition.always()) continue;
+    for (size_t i = 0; i < variable.atoms.size(); ++i) {
+      if (Contains(effect.adds, variable.atoms[i])) {
+        if (after && *after != i) return std::nullopt;
+        after = i;
+      }
+      ends = ends || (i == value && Contains(effect.deletes, variable.atoms[i]));
+    }
+  }
+  if (after) return after;
+  if (!ends) return value;
+  if (variable.exactly_one) return std::nullopt;
+  return variable.atoms.size();
+}
+
+}  // namespace
+
+/// By value, whether it may hold together with `literals`.
+std::vector<bool> Relaxation::FindPossible(const symbolic::Variable& variable, size_t values,
+                                           const std::vector<int>& literals) const {
+  std::vector<bool> possible(values, true);
+  for (size_t i = 0; i < values; ++i) {
+    const bool none = i == variable.atoms.size();
+    possible[i] = std::none_of(literals.begin(), literals.end(), [&](int literal) {
+      return none ? literal % 2 == 0 && Contains(variable.atoms, literal / 2)
+                  : mutexes_->AreMutex(symbolic::Literal(variable.atoms[i], true), literal);
+    });
+  }
+  return possible;
+}
+
+bool Relaxation::DependsOnMerge(const symbolic::GroundAction& action) const {
+  const auto speaks_of = [&](const symbolic::Variable& variable) {
+    const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
+    return std::any_of(literals.begin(), literals.end(),
+                       [&](int literal) { return Contains(variable.atoms, literal / 2); });
+  };
+  const auto changes = [&](const symbolic::Variable& variable) {
+    return std::any_of(action.effects.begin(), action.effects.end(), [&](const auto& effect) {
+      return std::any_of(variable.atoms.begin(), variable.atoms.end(), [&](int atom) {
+        return Contains(effect.adds, atom) || Contains(effect.deletes, atom);
+      });
+    });
+  };
+  return changes(merge_->first) || changes(merge_->second) ||
+         (speaks_of(merge_->first) && speaks_of(merge_->second));
+}
+
+/// The action once for each pair of values that its precondition allows.
+void Relaxation::AddMerged(int index, const std::vector<int>& needed) {
+  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(index)];
+  const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
+  const size_t count = merge_->second_values();
+  const std::vector<bool> first = FindPossible(merge_->first, merge_->first_values(), literals);
+  const std::vector<bool> second = FindPossible(merge_->second, count, literals);
+  // The pair says all that the literals about its variables say.
+  std::vector<int> others = needed;
+  for (const symbolic::Variable* variable : {&merge_->first, &merge_->second}) {
+    for (int atom : variable->atoms) {
+      std::erase(others, positive_[static_cast<size_t>(atom)]);
+      if (negative_[static_cast<size_t>(atom)] >= 0) std::erase(others, negative_[static_cast<size_t>(atom)]);
+    }
+  }
+  for (size_t i = 0; i < first.size(); ++i) {
+    const auto first_after = ValueAfter(merge_->first, action, i);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t from = i * count + k;
+      if (!first[i] || !second[k] || !first_after || possible_[from] == 0) continue;
+      const auto second_after = ValueAfter(merge_->second, action, k);
+      if (!second_after) continue;
+      const size_t to = *first_after * count + *second_after;
+      if (possible_[to] == 0) continue;
+      std::vector<int> preconditions = others;
+      preconditions.push_back(merged_facts_[from]);
+      AddAction(index, preconditions, {index, static_cast<int>(from), static_cast<int>(to)});
+    }
+  }
+}
+
+void Relaxation::AddAxioms() {
+  for (const auto& stratum : product_.task().axioms()) {
     for (const symbolic::GroundAxiom& axiom : stratum) {
       std::vector<int> needed;
       if (!Require(axiom.body.formula(), needed)) continue;
-      AddOperator(free_, std::move(needed), {positive_[static_cast<size_t>(axiom.atom)]});
+      AddOperator(kFree, std::move(needed), {positive_[static_cast<size_t>(axiom.atom)]});
     }
   }
 }
@@ -151,7 +297,7 @@ void Relaxation::AddAutomaton() {
     all_accept.push_back(accepts);
     for (int state = 0; state < automaton->states(); ++state) {
       states.push_back(AddFact());
-      if (automaton->IsAccepting(state)) AddOperator(free_, {states.back()}, {accepts});
+      if (automaton->IsAccepting(state)) AddOperator(kFree, {states.back()}, {accepts});
     }
     for (const ltl::AutomatonEdge& edge : automaton->Edges()) {
       if (edge.from == edge.to || automaton->IsTrap(edge.to)) continue;
@@ -163,7 +309,7 @@ void Relaxation::AddAutomaton() {
           const bool may = std::all_of(cube.literals.begin(), cube.literals.end(), [&](const auto& literal) {
             return RequireProposition(literal.first, literal.second, needed);
           });
-          if (may) AddOperator(free_, std::move(needed), {to});
+          if (may) AddOperator(kFree, std::move(needed), {to});
         }
         continue;
       }
@@ -179,13 +325,13 @@ void Relaxation::AddAutomaton() {
         needed.push_back(either);
         for (const auto& [proposition, positive] : clause.literals) {
           std::vector<int> one;
-          if (RequireProposition(proposition, positive, one)) AddOperator(free_, std::move(one), {either});
+          if (RequireProposition(proposition, positive, one)) AddOperator(kFree, std::move(one), {either});
         }
       }
-      if (possible) AddOperator(free_, std::move(needed), {to});
+      if (possible) AddOperator(kFree, std::move(needed), {to});
     }
   }
-  AddOperator(free_, std::move(all_accept), {goal_});
+  AddOperator(kFree, std::move(all_accept), {goal_});
 }
 
 void Relaxation::KeepRelevant() {
@@ -226,6 +372,7 @@ void Relaxation::KeepRelevant() {
   operators_ = std::move(operators);
   renumber(positive_);
   renumber(negative_);
+  renumber(merged_facts_);
   for (std::vector<int>& states : part_facts_) renumber(states);
   goal_ = renumbered[static_cast<size_t>(goal_)];
 }
@@ -235,6 +382,10 @@ void Relaxation::FindFacts(symbolic::StateView state, std::vector<int>& facts) c
   facts.push_back(kTrue);
   for (size_t i = 0; i < positive_.size(); ++i) {
     const int fact = (state[i / 64] >> (i % 64) & 1) != 0 ? positive_[i] : negative_[i];
+    if (fact >= 0) facts.push_back(fact);
+  }
+  if (merge_) {
+    const int fact = merged_facts_[merge_->Find(state)];
     if (fact >= 0) facts.push_back(fact);
   }
   for (size_t part = 0; part < part_facts_.size(); ++part) {

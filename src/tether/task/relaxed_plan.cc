@@ -30,7 +30,7 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
   std::fill(best_.begin(), best_.end(), -1);
   for (size_t i = 0; i < operators.size(); ++i) {
     missing_[i] = static_cast<int>(operators[i].preconditions.size());
-    operator_cost_[i] = costs_[static_cast<size_t>(operators[i].action)];
+    operator_cost_[i] = costs_[static_cast<size_t>(operators[i].payer)];
   }
   queue_.Clear();
   for (int fact : facts) {
@@ -67,15 +67,15 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
     const int chosen = best_[static_cast<size_t>(fact)];
     if (chosen < 0) continue;
     const Relaxation::Operator& op = operators[static_cast<size_t>(chosen)];
-    bool applies = op.action != free;
+    bool applies = op.payer != free;
     for (int before : op.preconditions) {
       applies = applies && fact_cost_[static_cast<size_t>(before)] == 0;
       if (needed_[static_cast<size_t>(before)]) continue;
       needed_[static_cast<size_t>(before)] = true;
       stack_.push_back(before);
     }
-    if (op.action != free) all_actions_.push_back(op.action);
-    if (applies) actions_.push_back(op.action);
+    if (op.payer != free) all_actions_.push_back(op.payer);
+    if (applies) actions_.push_back(op.payer);
   }
   for (std::vector<int>* list : {&all_actions_, &actions_}) {
     std::sort(list->begin(), list->end());

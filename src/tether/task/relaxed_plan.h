@@ -16,7 +16,7 @@ class RelaxedPlan {
  public:
   static constexpr int64_t kDeadEnd = std::numeric_limits<int64_t>::max();
 
-  /// `relaxation` must outlive this.
+  /// `relaxation` must outlive this and have no merge.
   explicit RelaxedPlan(const Relaxation& relaxation);
 
   /// kDeadEnd if not even the relaxation has a plan. Then and before the first call actions() is empty.

@@ -12,6 +12,7 @@ using Make = std::shared_ptr<const symbolic::Problem> (*)();
 
 std::shared_ptr<const symbolic::Problem> Gripper4() { return domains::Gripper(4); }
 std::shared_ptr<const symbolic::Problem> Gripper8() { return domains::Gripper(8); }
+std::shared_ptr<const symbolic::Problem> Gripper12() { return domains::Gripper(12); }
 std::shared_ptr<const symbolic::Problem> Gripper40() { return domains::Gripper(40); }
 
 /// From the parsed problem to a plan proved to be cheapest.
@@ -27,10 +28,12 @@ void BM_Cheapest(benchmark::State& state, Make make, bool blind) {
 }
 BENCHMARK_CAPTURE(BM_Cheapest, blocks_8_0, domains::Blocks8, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, blocks_8_0_blind, domains::Blocks8, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Cheapest, blocks_10_0, domains::Blocks10, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, logistics_4_0, domains::Logistics4, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, logistics_6_0, domains::Logistics6, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, gripper_4, Gripper4, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, gripper_8, Gripper8, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Cheapest, gripper_12, Gripper12, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Cheapest, depot, domains::Depot, false)->Unit(benchmark::kMillisecond);
 
 void BM_Greedy(benchmark::State& state, Make make) {

@@ -42,7 +42,8 @@ SkeletonSearch::SkeletonSearch(std::unique_ptr<Product> product, SkeletonOptions
       options_(options),
       graph_(*product_, {.blind = options.blind,
                          .unit_costs = options.unit_costs,
-                         .symmetry = options.symmetry && !options.blind}),
+                         .symmetry = options.symmetry && !options.blind,
+                         .strengthen_after = options.strengthen_after}),
       may_come_at_once_(options.first_at_once) {
   options_.Validate();
   if (!options_.unit_costs) unit_ = task().cost_unit();

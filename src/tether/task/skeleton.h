@@ -34,6 +34,8 @@ struct SkeletonOptions {
   bool unit_costs = false;         ///< Each action costs 1, whatever the problem says.
   /// States that only exchange interchangeable objects are explored once; not if blind. Changes no result.
   bool symmetry = true;
+  /// Expansions after which the estimates are made stronger, if not blind; 0: never. Changes no result.
+  uint64_t strengthen_after = 250;
   /// Yield a cheapest skeleton as soon as it is known to be one, before others of the same cost are looked
   /// for.
   bool first_at_once = false;

@@ -11,6 +11,11 @@ namespace {
 /// 256 MB; when they are full, later states are estimated from the beginning.
 constexpr size_t kMostLandmarks = size_t{1} << 26;
 
+/// States for whose sake the estimates are made stronger.
+constexpr size_t kSamples = 16;
+/// How many times as many expansions later that is tried again.
+constexpr uint64_t kStrengthenAgain = 4;
+
 }  // namespace
 
 bool StateGraph::Worse::operator()(const Entry& a, const Entry& b) const {
@@ -24,6 +29,7 @@ StateGraph::StateGraph(Product& product, const Options& options)
       options_(options),
       estimate_(product, options.blind, options.unit_costs),
       table_(product.words()),
+      strengthen_at_(options.strengthen_after),
       scratch_(product.words()) {
   for (const symbolic::GroundAction& action : product.task().actions()) {
     costs_.push_back(options.unit_costs ? 1 : action.cost);
@@ -38,7 +44,8 @@ StateGraph::StateGraph(Product& product, const Options& options)
 int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, int action,
                                  bool exchanged) {
   std::span<const int> before;
-  if (parent >= 0 && (!exchanged || symmetry_->maps_actions())) {
+  if (parent >= 0 && nodes_[static_cast<size_t>(parent)].generation == estimate_.generation() &&
+      (!exchanged || (symmetry_->maps_actions() && estimate_.landmarks_are_actions()))) {
     const Node& known = nodes_[static_cast<size_t>(parent)];
     before = {landmarks_.data() + known.first_landmark, static_cast<size_t>(known.landmark_count)};
     // They speak of objects that are exchanged now.
@@ -54,6 +61,8 @@ int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int pare
   }
   const int64_t estimate = estimate_.Evaluate(state, before, action);
   const std::span<const int> landmarks = estimate_.landmarks();
+  node.generation = estimate_.generation();
+  node.landmark_count = 0;
   if (estimate != Estimate::kDeadEnd && landmarks_.size() + landmarks.size() <= kMostLandmarks) {
     node.first_landmark = landmarks_.size();
     node.landmark_count = static_cast<int>(landmarks.size());
@@ -78,22 +87,52 @@ void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, int 
   node.action = action;
   node.is_closed = false;
   if (node.estimate == Estimate::kDeadEnd) return;
-  // Among equals the latest: it goes on where the search just was. A blind search has no such hope.
-  const uint64_t number = options_.blind ? pushed_ : ~pushed_;
-  ++pushed_;
-  open_.push_back({cost + node.estimate, node.estimate, number, index, cost});
-  std::push_heap(open_.begin(), open_.end(), Worse());
+  Push(index, NextNumber());
 }
 
 int64_t StateGraph::bound() {
   while (!open_.empty()) {
-    const Entry& top = open_.front();
-    const Node& node = nodes_[static_cast<size_t>(top.state)];
-    if (!node.is_closed && node.cost == top.cost) return top.bound;
+    const Entry top = open_.front();
+    Node& node = nodes_[static_cast<size_t>(top.state)];
+    const bool is_current = !node.is_closed && node.cost == top.cost && node.estimate == top.estimate;
+    if (is_current && (node.is_goal || node.generation == estimate_.generation())) return top.bound;
     std::pop_heap(open_.begin(), open_.end(), Worse());
     open_.pop_back();
+    if (!is_current) continue;
+    // Estimated before the estimates became stronger.
+    const int64_t before = node.estimate;
+    node.estimate = std::max(before, EstimateCost(table_[top.state], node, -1, -1, false));
+    if (node.estimate != Estimate::kDeadEnd)
+      Push(top.state, node.estimate == before ? top.number : NextNumber());
   }
   return kFar;
+}
+
+uint64_t StateGraph::NextNumber() {
+  // Among equals the latest: it goes on where the search just was. A blind search has no such hope.
+  const uint64_t number = options_.blind ? pushed_ : ~pushed_;
+  ++pushed_;
+  return number;
+}
+
+void StateGraph::Push(int state, uint64_t number) {
+  const Node& node = nodes_[static_cast<size_t>(state)];
+  open_.push_back({node.cost + node.estimate, node.estimate, number, state, node.cost});
+  std::push_heap(open_.begin(), open_.end(), Worse());
+}
+
+/// Samples the states that come next.
+void StateGraph::Strengthen() {
+  std::vector<symbolic::State> samples;
+  const size_t some = std::min(open_.size(), 64 * kSamples);
+  for (size_t i = 0; i < kSamples && i < some; ++i) {
+    const symbolic::StateView view = table_[open_[i * some / kSamples].state];
+    samples.emplace_back(view.begin(), view.end());
+  }
+  std::vector<symbolic::AtomPermutation> exchanges;
+  if (symmetry_) exchanges = symmetry_->Exchanges();
+  estimate_.Strengthen(samples, exchanges, nodes_.size());
+  strengthen_at_ *= kStrengthenAgain;
 }
 
 int StateGraph::ExpandNext() {
@@ -113,7 +152,7 @@ int StateGraph::ExpandNext() {
 }
 
 void StateGraph::Expand(int state) {
-  ++expanded_;
+  if (++expanded_ == strengthen_at_ && !options_.blind) Strengthen();
   nodes_[static_cast<size_t>(state)].is_expanded = true;
   const int64_t cost = nodes_[static_cast<size_t>(state)].cost;
   const symbolic::StateView view = table_[state];

@@ -29,6 +29,8 @@ class StateGraph {
     bool blind = false;       ///< Without a heuristic: Dijkstra's algorithm.
     bool unit_costs = false;  ///< Each action costs 1: breadth-first if blind.
     bool symmetry = false;    ///< States that only exchange objects are one.
+    /// After so many expansions the estimates are made stronger, which takes about as long again; never if 0.
+    uint64_t strengthen_after = 250;
   };
 
   /// `product` must outlive the graph.
@@ -79,6 +81,7 @@ class StateGraph {
     int parent = -1;
     int action = -1;
     int landmark_count = 0;  ///< Numbers in landmarks_.
+    int generation = 0;      ///< Of the estimate.
     size_t first_landmark = 0;
     bool is_goal = false;
     bool is_closed = false;
@@ -95,6 +98,9 @@ class StateGraph {
     bool operator()(const Entry& a, const Entry& b) const;
   };
 
+  uint64_t NextNumber();
+  void Push(int state, uint64_t number);
+  void Strengthen();
   int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action, bool exchanged);
   /// `state` is overwritten by what stands for it.
   void Reach(std::span<uint64_t> state, int64_t cost, int parent, int action);
@@ -113,6 +119,7 @@ class StateGraph {
   int64_t goal_cost_ = kFar;
   std::vector<int> mapped_;     ///< Landmarks of the state before, with objects exchanged.
   std::vector<int> landmarks_;  ///< Of the states' estimates, one after another.
+  uint64_t strengthen_at_ = 0;  ///< Expansions.
   size_t beyond_ = 0;           ///< States before this one are expanded.
   std::vector<Edge> edges_;
   std::vector<size_t> first_edge_, end_edge_;

@@ -260,6 +260,7 @@ std::vector<std::vector<int>> FindClasses(const Product& product) {
 
 Symmetry::Symmetry(const Product& product) {
   const symbolic::Task& task = product.task();
+  atoms_ = task.atoms().size();
   std::vector<std::vector<int>> found = FindClasses(product);
   // The largest first: they save most.
   std::stable_sort(found.begin(), found.end(),
@@ -335,6 +336,23 @@ std::vector<std::vector<int>> Symmetry::Classes() const {
   std::vector<std::vector<int>> classes;
   for (const Class& one : classes_) classes.push_back(one.objects);
   return classes;
+}
+
+std::vector<symbolic::AtomPermutation> Symmetry::Exchanges() const {
+  std::vector<symbolic::AtomPermutation> exchanges;
+  for (const Class& one : classes_) {
+    const size_t count = one.objects.size();
+    for (size_t i = 0; i + 1 < count; ++i) {
+      symbolic::AtomPermutation& exchange = exchanges.emplace_back(atoms_);
+      std::iota(exchange.begin(), exchange.end(), 0);
+      for (size_t k = 0; k < one.patterns; ++k) {
+        const int a = one.atoms[k * count + i], b = one.atoms[k * count + i + 1];
+        exchange[static_cast<size_t>(a)] = b;
+        exchange[static_cast<size_t>(b)] = a;
+      }
+    }
+  }
+  return exchanges;
 }
 
 /// What is true of each object of the class, as words of bits.

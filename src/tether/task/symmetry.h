@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "tether/symbolic/mutex.h"
 #include "tether/task/product.h"
 
 namespace tether::task {
@@ -36,6 +37,9 @@ class Symmetry {
   /// How many states, itself included, have the representative of `state`.
   double OrbitSize(symbolic::StateView state);
 
+  /// What exchanging neighbours in a class does to the atoms: all exchanges are made of these.
+  std::vector<symbolic::AtomPermutation> Exchanges() const;
+
   /// Image() can be asked for.
   bool maps_actions() const { return maps_actions_; }
   /// The action that `action` becomes by the exchange that the last Canonicalize() made.
@@ -52,6 +56,8 @@ class Symmetry {
     std::vector<int> member_of_action, images;
     std::vector<int> place;  ///< Per member whose place it took last; empty: its own.
   };
+
+  size_t atoms_ = 0;
 
   void ReadBits(const Class& one, symbolic::StateView state);
   void MapActions(const symbolic::Task& task, Class& one);
