@@ -62,6 +62,8 @@ struct VelocityExecutive::Impl {
   std::optional<math::Pose> KeyPose();
   math::Pose Offset(const Eigen::Vector3d& offset, planning::In in, const math::Pose& X_TF,
                     const math::Pose& X_WT) const;
+  /// How far the hand can open here without coming nearer to anything than it may, m.
+  double FreeOpening();
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
   bool TryDetour(std::string& why);

@@ -21,6 +21,9 @@ using math::Pose;
 constexpr double kShiftTolerance = 0.006, kShiftTurnTolerance = 0.1;
 // The gripper has settled when its opening changes by less than this for so long.
 constexpr double kSettledOpening = 5e-4, kSettledTime = 0.3, kGripperTimeout = 2.5;
+// Where there is no room to open the hand all the way, it opens at least so far, and is tried in such steps,
+// m.
+constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
 // What is grasped is no further than this from the grasp point, m.
 constexpr double kInHand = 0.02;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
@@ -299,6 +302,27 @@ Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
   return WatchProgress(controller.error_m());
 }
 
+double VelocityExecutive::Impl::FreeOpening() {
+  control::ConstrainedVelocity probe = MakeController();
+  probe.Allow(allowed_bodies);
+  if (held >= 0) probe.Hold(held);
+  const auto least_room = [&](double wide) {
+    probe.Compute({q, wide, objects}, nullptr);
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < probe.num_rows(); ++i) {
+      const control::ConstrainedVelocity::Row& row = probe.row(i);
+      if (row.a < 0 || row.priority > 0) continue;
+      const bool hand = probe.bodies().link(row.a) == model->dof() && !probe.bodies().is_object(row.a);
+      if (hand) least = std::min(least, row.value);
+    }
+    return least;
+  };
+  const double now = std::min(0.0, least_room(opening));
+  double wide = model->gripper().max_opening;
+  while (wide > opening + kLeastOpening && least_room(wide) < now - kNoRoom) wide -= kOpeningStep;
+  return std::min(std::max(wide, opening + kLeastOpening), model->gripper().max_opening);
+}
+
 Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   const robot::Gripper& limits = model->gripper();
   const bool open = grip.close_on.empty();
@@ -307,7 +331,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     last_opening = opening;
     quiet_since = time;
     gripper.mode = open ? robot::GripperCommand::Mode::kOpening : robot::GripperCommand::Mode::kForce;
-    gripper.opening = limits.max_opening;
+    gripper.opening = open ? FreeOpening() : limits.max_opening;
     gripper.force = std::min(grip.force, limits.max_force);
     if (open && held >= 0) {
       Record(EventKind::kReleased, "'" + held_name + "'");
@@ -321,7 +345,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   const double elapsed = time - verb_start;
   const bool settled = time - quiet_since > kSettledTime && elapsed > 2 * kSettledTime;
   if (open) {
-    const bool wide = opening > 0.97 * limits.max_opening;
+    const bool wide = opening > 0.97 * gripper.opening;
     return wide || settled || elapsed > kGripperTimeout ? Outcome::kDone : Outcome::kRunning;
   }
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
