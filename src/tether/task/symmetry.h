@@ -37,7 +37,8 @@ class Symmetry {
   /// How many states, itself included, have the representative of `state`.
   double OrbitSize(symbolic::StateView state);
 
-  /// What exchanging neighbours in a class does to the atoms: all exchanges are made of these.
+  /// What becomes of the atoms by exchanging the first two of a class, and by moving all of them on by one: all
+  /// exchanges are made of these.
   std::vector<symbolic::AtomPermutation> Exchanges() const;
 
   /// Image() can be asked for.
