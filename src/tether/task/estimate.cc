@@ -8,11 +8,11 @@ namespace {
 
 using symbolic::Variable;
 
-constexpr size_t kMostPairs = 1000;  ///< Of values of a merge.
+constexpr size_t kMostPairs = 1000;       ///< Of values of a merge.
 constexpr size_t kMostWork = 20'000'000;  ///< Looks at an action and two variables.
-constexpr size_t kMostMerges = 4;    ///< That are tried.
+constexpr size_t kMostMerges = 4;         ///< That are tried.
 constexpr int64_t kLargeGain = 20;
-constexpr int64_t kLeastGain = 25;   ///< What gains less than one part in so many is not worth starting anew.
+constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
 
 bool Contains(const std::vector<int>& list, int item) {
   return std::find(list.begin(), list.end(), item) != list.end();

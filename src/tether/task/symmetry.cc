@@ -258,6 +258,20 @@ std::vector<std::vector<int>> FindClasses(const Product& product) {
 
 }  // namespace
 
+symbolic::State ExchangeObjects(const symbolic::Task& task, symbolic::StateView state, int a, int b) {
+  symbolic::State image(state.size(), 0);
+  std::copy(state.begin() + static_cast<std::ptrdiff_t>(task.words()), state.end(),
+            image.begin() + static_cast<std::ptrdiff_t>(task.words()));
+  for (size_t i = 0; i < task.atoms().size(); ++i) {
+    if ((state[i / 64] >> (i % 64) & 1) == 0) continue;
+    Atom atom = task.atoms()[i];
+    for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
+    const auto at = static_cast<size_t>(task.FindAtom(atom));
+    image[at / 64] |= uint64_t{1} << (at % 64);
+  }
+  return image;
+}
+
 Symmetry::Symmetry(const Product& product) {
   const symbolic::Task& task = product.task();
   atoms_ = task.atoms().size();
