@@ -249,9 +249,12 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
   command->add_flag("--no-robot", options.no_robot, "execution: plan without the arm, to compare");
   command
       ->add_option("--kind", options.kinds,
-                   "Only scenes of this kind: reach, stack or, for execution, clutter; may be given again")
+                   "Only scenes of this kind: reach, stack or, for execution, clutter; for control: seeds, "
+                   "moved or crossing; may be given again")
       ->type_name("KIND")
       ->allow_extra_args(false);
+  command->add_option("--scenario", options.scenario, "control: instead of the assistive scenario that ships")
+      ->type_name("FILE");
   command->add_option("--restarts", options.restarts, "Random starts of a scene (default 100)")
       ->type_name("N");
   command
@@ -269,7 +272,8 @@ Examples:
   tether campaign robustness --scenes 100 --kind reach
   tether campaign robustness --output robustness.jsonl
   tether campaign quality --output quality.jsonl --json quality.json
-  tether campaign growth)");
+  tether campaign growth
+  tether campaign control --kind moved --output moved.jsonl)");
   command->callback([&] {
     run = [&] {
       arguments.options.stop = &stop_requested;

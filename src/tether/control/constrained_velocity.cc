@@ -20,6 +20,8 @@ using nlp::Unit;
 constexpr int kMaxFunctionRows = 12;
 // What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
 constexpr double kRounding = 1e-4;
+// A row that gives way by less holds, m/s or rad/s.
+constexpr double kNothing = 1e-9;
 
 double Clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
 
@@ -40,6 +42,10 @@ void VelocityOptions::Validate() const {
   require("joint_gain", joint_gain, false);
   require("joint_margin", joint_margin, true);
   require("buffer", buffer, true);
+  require("angle_buffer", angle_buffer, true);
+  require("velocity_share", velocity_share, false);
+  require("ramp", ramp, true);
+  require("period", period, false);
   require("self_distance", self_distance, true);
   require("range", range, false);
   require("escape_speed", escape_speed, false);
@@ -76,13 +82,22 @@ struct ConstrainedVelocity::Impl {
   void AddGoal(const Goal& goal);
   void AddPosture(const Goal& goal);
   void SetBounds();
-  double* NewRow(int constraint, double value, double drift, Priority priority, int a, int b);
+  double* NewRow(const Row& row);
   /// Adds scale · d(n · v)/dq̇ of the point p on a link.
   void AddAlong(int link, const Vector3d& p, const Vector3d& n, double scale, double* row) const;
   /// Writes row r of a function's derivative in q: frame F moves with `link`.
   void Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link, double* row) const;
   static double Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT, const math::Vector6d& V_BT);
+  /// What the rate of a row's value must not be below: a violated one is left at a bounded speed.
+  double Side(const Row& row) const {
+    return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
+  }
+  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
+    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
+  }
   void Solve();
+  /// Where no velocity keeps all rows and bounds.
+  void SolveConflict();
   void Fault();
 
   std::shared_ptr<const robot::Model> model;
@@ -101,10 +116,13 @@ struct ConstrainedVelocity::Impl {
   std::vector<double> jacobians;  ///< n per row
   int num_rows = 0;
   std::vector<int> levels;
-  std::unique_ptr<qp::Problem> problem;
-  std::unique_ptr<qp::HierarchySolver> solver;
+  std::unique_ptr<qp::Problem> problem, conflict_problem;
+  std::unique_ptr<qp::Solver> solver;
+  std::unique_ptr<qp::HierarchySolver> conflict_solver;
   Eigen::MatrixXd H;
-  Eigen::VectorXd g, lower, upper, qdot;
+  Eigen::VectorXd g, lower, upper;
+  Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
+  Eigen::VectorXd qdot;
   Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
   Eigen::VectorXd goal_r{kMaxFunctionRows};
   Eigen::VectorXd goal_row;
@@ -126,6 +144,8 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
       g(n),
       lower(n),
       upper(n),
+      smooth_lower(n),
+      smooth_upper(n),
       qdot(Eigen::VectorXd::Zero(n)),
       goal_row(n) {
   options.Validate();
@@ -174,10 +194,13 @@ void ConstrainedVelocity::Impl::SetRoom() {
   for (const Field& field : fields) room += static_cast<size_t>(field.r.size());
   if (room <= rows.size() && problem != nullptr) return;
   rows.resize(room);
-  levels.resize(room);
+  levels.resize(room + static_cast<size_t>(n));
   jacobians.resize(room * static_cast<size_t>(n));
-  problem = std::make_unique<qp::Problem>(n, 0, static_cast<int>(room));
-  solver = std::make_unique<qp::HierarchySolver>(n, 0, static_cast<int>(room));
+  const int m = static_cast<int>(room);
+  problem = std::make_unique<qp::Problem>(n, 0, m);
+  solver = std::make_unique<qp::Solver>(n, 0, m);
+  conflict_problem = std::make_unique<qp::Problem>(n, 0, m + n);
+  conflict_solver = std::make_unique<qp::HierarchySolver>(n, 0, m + n);
 }
 
 bool ConstrainedVelocity::Impl::IsActive(const Pair& pair) const {
@@ -205,10 +228,9 @@ bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
   return true;
 }
 
-double* ConstrainedVelocity::Impl::NewRow(int constraint, double value, double drift, Priority priority,
-                                          int a, int b) {
+double* ConstrainedVelocity::Impl::NewRow(const Row& row) {
   const auto index = static_cast<size_t>(num_rows++);
-  rows[index] = {constraint, value, drift, priority, a, b};
+  rows[index] = row;
   double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
   std::fill(jacobian, jacobian + n, 0.0);
   return jacobian;
@@ -237,8 +259,8 @@ void ConstrainedVelocity::Impl::AddPairRows() {
           const MovingPose& moving = bodies.pose(pair.b);
           drift = d.n_W.dot(moving.V.head<3>() + moving.V.tail<3>().cross(d.p_WB - moving.X.p));
         }
-        double* row = NewRow(pair.constraint, d.distance - pair.distance - options.buffer, drift,
-                             pair.priority, pair.a, pair.b);
+        double* row = NewRow({pair.constraint, d.distance - pair.distance - options.buffer, drift,
+                              options.buffer, pair.priority, pair.a, pair.b});
         AddAlong(link_a, d.p_WA, d.n_W, -1, row);
         AddAlong(link_b, d.p_WB, d.n_W, 1, row);
       }
@@ -285,11 +307,12 @@ void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
   const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(frame, false, nullptr)};
   nlp::JacobianRef J(field.J);
   spec.function->Evaluate(X, field.r, &J);
-  const double buffer = spec.function->unit() == Unit::kMetre ? options.buffer : 0;
+  const double buffer =
+      spec.buffer.value_or(spec.function->unit() == Unit::kMetre ? options.buffer : options.angle_buffer);
   for (int r = 0; r < field.r.size(); ++r) {
     if (!std::isfinite(field.r[r])) continue;
-    double* row =
-        NewRow(constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), spec.priority, -1, -1);
+    double* row = NewRow(
+        {constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), buffer, spec.priority, -1, -1});
     Chain(field.J, r, X[1], n, row);
     for (int i = 0; i < n; ++i) row[i] = -row[i];
   }
@@ -334,7 +357,7 @@ void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
 
 void ConstrainedVelocity::Impl::SetBounds() {
   for (int i = 0; i < n; ++i) {
-    const double most = model->max_velocity()[i];
+    const double most = std::min(1.0, options.velocity_share) * model->max_velocity()[i];
     // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
     const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
     const double margin = std::min(options.joint_margin, 0.9 * half);
@@ -344,6 +367,10 @@ void ConstrainedVelocity::Impl::SetBounds() {
     // A joint beyond its limit comes back slowly.
     lower[i] = std::min(lower[i], std::min(options.escape_speed, most));
     upper[i] = std::max(upper[i], -std::min(options.escape_speed, most));
+    // Limits come first: where the last velocity is beyond them, all of the change is allowed.
+    const double change = options.ramp > 0 ? model->max_velocity()[i] * options.period / options.ramp : 1e3;
+    smooth_lower[i] = std::clamp(qdot[i] - change, lower[i], upper[i]);
+    smooth_upper[i] = std::clamp(qdot[i] + change, lower[i], upper[i]);
   }
 }
 
@@ -356,32 +383,61 @@ void ConstrainedVelocity::Impl::Solve() {
   problem->Resize(n, 0, num_rows);
   problem->H() = H;
   problem->g() = g;
-  problem->x_lower() = lower;
-  problem->x_upper() = upper;
+  problem->x_lower() = smooth_lower;
+  problem->x_upper() = smooth_upper;
   auto A = problem->A();
   auto A_lower = problem->lower();
   for (int r = 0; r < num_rows; ++r) {
     const Row& row = rows[static_cast<size_t>(r)];
-    const double* jacobian = jacobians.data() + static_cast<size_t>(r) * static_cast<size_t>(n);
-    for (int i = 0; i < n; ++i) A(r, i) = jacobian[i];
-    A_lower[r] = std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
-    levels[static_cast<size_t>(r)] = 1 + row.priority;
-    if (row.value < -options.buffer - kRounding && (flags.worst < 0 || -row.value > flags.violation)) {
+    A.row(r) = Jacobian(r);
+    A_lower[r] = Side(row);
+    if (row.value < -row.buffer - kRounding && (flags.worst < 0 || -row.value > flags.violation)) {
       flags.escaping = true;
       flags.worst = row.constraint;
       flags.violation = -row.value;
     }
   }
-  const qp::Status status =
-      solver->Solve(*problem, std::span<const int>(levels.data(), static_cast<size_t>(num_rows)));
+  const qp::Status status = solver->Solve(*problem);
+  if (status == qp::Status::kInfeasible) return SolveConflict();
   if (status != qp::Status::kSolved || !solver->x().allFinite()) return Fault();
   qdot = solver->x().cwiseMax(lower).cwiseMin(upper);
-  if (solver->num_relaxed() == 0) return;
-  flags.relaxed = true;
-  flags.violation = 0;
+}
+
+void ConstrainedVelocity::Impl::SolveConflict() {
+  // The bounds on changes become rows, which give way before all others.
+  const int all = num_rows + n;
+  conflict_problem->Resize(n, 0, all);
+  conflict_problem->H() = H;
+  conflict_problem->g() = g;
+  conflict_problem->x_lower() = lower;
+  conflict_problem->x_upper() = upper;
+  auto A = conflict_problem->A();
+  auto A_lower = conflict_problem->lower(), A_upper = conflict_problem->upper();
+  int last = 1;
   for (int r = 0; r < num_rows; ++r) {
-    const double violation = solver->violations()[static_cast<size_t>(r)];
-    if (violation <= flags.violation) continue;
+    const Row& row = rows[static_cast<size_t>(r)];
+    A.row(r) = Jacobian(r);
+    A_lower[r] = Side(row);
+    levels[static_cast<size_t>(r)] = 1 + row.priority;
+    last = std::max(last, 2 + row.priority);
+  }
+  for (int i = 0; i < n; ++i) {
+    A.row(num_rows + i).setZero();
+    A(num_rows + i, i) = 1;
+    A_lower[num_rows + i] = smooth_lower[i];
+    A_upper[num_rows + i] = smooth_upper[i];
+    levels[static_cast<size_t>(num_rows + i)] = last;
+  }
+  const qp::Status status = conflict_solver->Solve(
+      *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)));
+  if (status != qp::Status::kSolved || !conflict_solver->x().allFinite()) return Fault();
+  qdot = conflict_solver->x().cwiseMax(lower).cwiseMin(upper);
+  double largest = kNothing;
+  for (int r = 0; r < num_rows; ++r) {
+    const double violation = conflict_solver->violations()[static_cast<size_t>(r)];
+    if (violation <= largest) continue;
+    largest = violation;
+    flags.relaxed = true;
     flags.violation = violation;
     flags.worst = rows[static_cast<size_t>(r)].constraint;
   }
@@ -455,8 +511,6 @@ const std::string& ConstrainedVelocity::constraint_name(int index) const {
 const ConstrainedVelocity::Row& ConstrainedVelocity::row(int index) const {
   return impl_->rows[static_cast<size_t>(index)];
 }
-Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const {
-  return Eigen::Map<const Eigen::RowVectorXd>(impl_->jacobians.data() + index * impl_->n, impl_->n);
-}
+Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const { return impl_->Jacobian(index); }
 
 }  // namespace tether::control

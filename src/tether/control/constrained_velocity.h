@@ -23,7 +23,11 @@ struct VelocityOptions {
   double field_gain = 5;    ///< η of the inequalities: distances shrink no faster than at this rate, 1/s.
   double joint_gain = 5;    ///< k of eq. (13), 1/s.
   double joint_margin = 0;  ///< From the limits towards the middle of the range (ERRATA B2), rad.
-  double buffer = 0.002;    ///< Added to each safe distance, for what the arm's servo lags behind, m.
+  double buffer = 0.002;    ///< Added to each safe distance, for what the arm's servo lags behind, m …
+  double angle_buffer = 0.005;   ///< … and to each angle, rad.
+  double velocity_share = 0.95;  ///< Of the joints' greatest velocities: servos overshoot.
+  double ramp = 0.2;      ///< A joint takes this long from rest to its greatest velocity, s; 0: no bound.
+  double period = 0.005;  ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
   double escape_speed = 0.05;    ///< Greatest speed at which a violated row is left, m/s or rad/s.
@@ -61,6 +65,7 @@ struct FieldConstraint {
   constraints::PoseFunctionPtr function;
   Frame target, frame;
   Priority priority = 0;
+  std::optional<double> buffer = {};  ///< In place of the options', m or rad.
 };
 
 /// What the arm is to do: functions of frames (target, frame) to bring to zero.
@@ -95,7 +100,8 @@ struct VelocityFlags {
 ///
 /// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
 /// limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way least:
-/// priority 0 first, then 1, 2 … (see qp::HierarchySolver).
+/// priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than `ramp` allows,
+/// unless a row needs it: a servo that is asked for jumps overshoots.
 ///
 /// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is
 /// exact. Compute() allocates nothing, and is deterministic.
@@ -133,8 +139,9 @@ class ConstrainedVelocity {
   /// One line per row of the last tick, for tests and for explanations.
   struct Row {
     int constraint = 0;
-    double value = 0;  ///< Distance less what is required and the buffer: not below zero, m or rad.
-    double drift = 0;  ///< Its rate of change if the arm stood still, per s.
+    double value = 0;   ///< Distance less what is required and the buffer: not below zero, m or rad.
+    double drift = 0;   ///< Its rate of change if the arm stood still, per s.
+    double buffer = 0;  ///< m or rad
     Priority priority = 0;
     int a = -1, b = -1;  ///< The bodies, of a clearance.
   };

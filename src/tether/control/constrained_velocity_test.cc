@@ -205,7 +205,8 @@ TEST_P(ConstrainedVelocityTest, ErrorsDecayAtTheGain) {
 
 TEST_P(ConstrainedVelocityTest, AMovingTargetIsFollowedWithoutLag) {
   Bench bench(GetParam());
-  bench.options.damping = 1e-6;  // damping is what lags
+  bench.options.damping = 1e-6;  // damping is what lags,
+  bench.options.ramp = 0;        // and at the start what bounds changes
   ConstrainedVelocity controller = bench.Make();
   VectorXd q = bench.model->home();
   Goal goal;
@@ -337,9 +338,61 @@ TEST_P(ConstrainedVelocityTest, JointsKeepTheirMarginAndComeBackIntoTheirRange) 
   for (int joint = 0; joint < model.dof(); ++joint) {
     VectorXd q = model.home();
     q[joint] = model.upper()[joint] + 0.1;
-    const VectorXd v = bench.Compute(controller, q);
+    ConstrainedVelocity at_rest = bench.Make();
+    const VectorXd v = bench.Compute(at_rest, q);
     EXPECT_LT(v[joint], 0);
     EXPECT_GE(v[joint], -bench.options.escape_speed - 1e-12);
+  }
+}
+
+TEST_P(ConstrainedVelocityTest, VelocitiesChangeGraduallyUnlessADistanceNeedsIt) {
+  Random random(15);
+  Bench bench(GetParam());
+  bench.options.gain = 20;
+  bench.clearances = {{"clearance", bench.AllLinks(), false, {3}, 0.03, 0}};
+  const VectorXd& most = bench.model->max_velocity();
+  const VectorXd change = most * bench.options.period / bench.options.ramp;
+  ConstrainedVelocity controller = bench.Make();
+  VectorXd q = bench.model->home(), before = VectorXd::Zero(q.size());
+  double fastest = 0;
+  bench.poses[3].X.p = {0, 0, 5};  // nothing is near
+  for (int tick = 0; tick < 2000; ++tick) {
+    Goal goal;
+    if (tick % 100 == 0) goal.posture = RandomConfiguration(*bench.model, random);
+    goal.turn_speed = 10;
+    const VectorXd v = bench.Compute(controller, q, tick % 300 < 200 ? &goal : nullptr);
+    ASSERT_LE(((v - before).cwiseAbs() - change).maxCoeff(), 1e-12);
+    fastest = std::max(fastest, (v.cwiseAbs().array() / most.array()).maxCoeff());
+    before = v;
+    q += bench.options.period * v;
+  }
+  EXPECT_LE(fastest, bench.options.velocity_share + 1e-12);
+
+  // A ball that appears beside the hand at rest and comes at it: the arm is as fast as it has to be.
+  q = bench.model->home();
+  controller = bench.Make();
+  bench.poses[3].X.p = bench.X_WH(q).p + Vector3d(0, -0.3, 0);
+  const auto nearest = [&] {
+    double value = 1;
+    for (int i = 0; i < controller.num_rows(); ++i) {
+      if (controller.row(i).a >= 0 && controller.row(i).b == controller.bodies().object(3))
+        value = std::min(value, controller.row(i).value);
+    }
+    return value;
+  };
+  for (int k = 0; k < 50; ++k) {
+    bench.Compute(controller, q);
+    bench.poses[3].X.p.y() += std::min(0.02, 0.5 * (nearest() - 5e-4));
+  }
+  ASSERT_NEAR(nearest(), 5e-4, 1e-4);
+  bench.poses[3].V << 0, 0.15, 0, 0, 0, 0;
+  const VectorXd v = bench.Compute(controller, q);
+  EXPECT_GT((v.cwiseAbs() - change).maxCoeff(), 0.02);
+  EXPECT_FALSE(controller.flags().relaxed);
+  for (int i = 0; i < controller.num_rows(); ++i) {
+    const ConstrainedVelocity::Row& row = controller.row(i);
+    EXPECT_GE(controller.row_jacobian(i).dot(v) + row.drift,
+              std::min(-bench.options.field_gain * row.value, bench.options.escape_speed) - 1e-9);
   }
 }
 

@@ -9,6 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Angles that are narrower than this are buffered by half of them, rad.
+constexpr double kNarrow = 0.01;
+
 control::Frame CarriedFrame(const std::string& name, const ControlScene& scene) {
   if (name == "hand") return {};
   if (name == "held") return {control::kHeld, {}};
@@ -65,6 +68,7 @@ control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const C
   } else {
     field.target = scene.Target(scene::kWorld);
     field.function = constraints::MakeAngle(spec.axis, spec.from, spec.max);
+    if (spec.max < kNarrow) field.buffer = spec.max / 2;
   }
   return field;
 }

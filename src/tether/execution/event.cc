@@ -28,6 +28,8 @@ std::string_view ToString(EventKind kind) {
       return "stalled";
     case EventKind::kDetour:
       return "detour";
+    case EventKind::kReplanned:
+      return "replanned";
     case EventKind::kClearance:
       return "clearance";
     case EventKind::kRetry:

@@ -47,6 +47,8 @@ class PlanRunner {
   /// One record per step of the plan.
   virtual const std::vector<StepRecord>& records() const = 0;
   virtual int retries() const = 0;
+  /// How often the plan went on with other actions than it began with.
+  virtual int replans() const { return 0; }
   /// Pairs that the present step may bring into contact: names of objects, and "hand".
   virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
 };

@@ -145,6 +145,7 @@ control::ConstrainedVelocity VelocityExecutive::Impl::MakeController() {
   BuiltConstraints built = BuildConstraints(options.constraints, control_scene, bodies, model->dof());
   control::VelocityOptions controller_options = options.controller;
   controller_options.joint_margin = std::max(controller_options.joint_margin, built.joint_margin);
+  controller_options.period = options.period;
   return {model,
           control_scene.X_WBase(),
           control_scene.solids(),

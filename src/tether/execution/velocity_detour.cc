@@ -15,12 +15,14 @@ constexpr double kSpread = 1.2;  // rad
 // The ends are found by following the goal without obstacles, step by step.
 constexpr int kSteps = 200;
 constexpr double kStep = 0.05;  // s
-// Rows may be violated by this much where a detour begins, m or rad.
+// Rows may be violated by this much where a detour begins and ends, m or rad …
 constexpr double kTolerance = 1e-3;
+// … and have this to spare further than kEnd from there, if possible: the controller has to follow, m or rad.
+constexpr double kSpare = 0.003, kEnd = 0.15;
 
 }  // namespace
 
-std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
+std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   std::vector<control::MovingPose> still = objects;
   for (control::MovingPose& object : still) object.V.setZero();
   robot::Kinematics kinematics(model);
@@ -38,6 +40,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
   control::VelocityOptions free_options = options.controller;
   free_options.gain = free_options.field_gain = 0.5 / kStep;
   free_options.escape_speed = 1;
+  free_options.ramp = 0;
   free_options.self_distance = 0;
   control::ConstrainedVelocity follower(model, control_scene.X_WBase(), control_scene.solids(), {}, fields,
                                         free_options);
@@ -60,7 +63,10 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
     }
     if (reached) problem.goals.push_back(std::move(end));
   }
-  if (problem.goals.empty()) return {};
+  if (problem.goals.empty()) {
+    why = "the arm does not get there, with nothing in the way either";
+    return {};
+  }
 
   control::ConstrainedVelocity probe = MakeController();
   probe.Allow(allowed_bodies);
@@ -70,16 +76,38 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour() {
   problem.upper = (model->upper().array() - margin).matrix();
   problem.start = q;
   problem.seed = static_cast<uint64_t>(at) + 1;
+  double spare = kSpare;
   problem.is_free = [&](const VectorXd& where) {
+    bool at_end = (where - q).cwiseAbs().maxCoeff() < kEnd;
+    for (const VectorXd& end : problem.goals) at_end = at_end || (where - end).cwiseAbs().maxCoeff() < kEnd;
+    const double least = at_end ? -options.controller.buffer - kTolerance : spare;
     place(where);
     probe.Compute({where, opening, still}, nullptr);
     for (int i = 0; i < probe.num_rows(); ++i) {
       const control::ConstrainedVelocity::Row& row = probe.row(i);
-      if (row.priority == 0 && row.value < -options.controller.buffer - kTolerance) return false;
+      if (row.priority == 0 && row.value < least) return false;
     }
     return !probe.flags().fault;
   };
-  return motion::FindJointPath(problem).q;
+  motion::JointPath found = motion::FindJointPath(problem);
+  if (found.status == motion::JointPathStatus::kGaveUp) {
+    spare = 0;
+    found = motion::FindJointPath(problem);
+  }
+  switch (found.status) {
+    case motion::JointPathStatus::kFound:
+      break;
+    case motion::JointPathStatus::kNoFreeGoal:
+      why = "the arm would touch something wherever it gets there";
+      break;
+    case motion::JointPathStatus::kStartNotFree:
+      why = "the arm is too near to something where it stands";
+      break;
+    case motion::JointPathStatus::kGaveUp:
+      why = "none was found in " + std::to_string(found.checks) + " checks";
+      break;
+  }
+  return std::move(found.q);
 }
 
 }  // namespace tether::execution

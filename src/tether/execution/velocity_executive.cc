@@ -63,13 +63,14 @@ VelocityExecutive::Impl::Impl(const scene::Scene& scene_in,
       robot_name(RobotOf(scene, plan_in)),
       plan(std::move(plan_in)),
       options(options_in),
+      schemas(actions),
       controller(MakeController()),
       q(model->home()),
       objects(scene.objects.size()),
       invalid(scene.objects.size(), false) {
   options.Validate();
   plan.robot = robot_name;
-  BindPlan(actions);
+  BindPlan(schemas);
   records.resize(steps.size());
   for (size_t i = 0; i < records.size(); ++i) records[i].step = static_cast<int>(i);
   gripper.opening = model->gripper().max_opening;
@@ -254,6 +255,7 @@ void VelocityExecutive::Impl::StartStep(int step) {
   ++record.attempts;
   record.start = time;
   detours = 0;
+  if (steps[static_cast<size_t>(at)].action_start == at && record.attempts == 1) held_before = held_name;
   if (steps[static_cast<size_t>(at)].action_start == at)
     Record(EventKind::kActionStarted, plan.steps[static_cast<size_t>(at)].action);
   Record(EventKind::kStepStarted, schema().control + " to " + schema().target);
@@ -264,6 +266,63 @@ void VelocityExecutive::Impl::FinishStep() {
   records[static_cast<size_t>(at)].end = time;
   Record(EventKind::kStepFinished, schema().control + " to " + schema().target);
   StartStep(at + 1);
+}
+
+void VelocityExecutive::Impl::GiveUpAction(const std::string& reason) {
+  std::string why;
+  if (TryOtherWay(why)) return;
+  Fail(why.empty() ? reason : reason + "; " + why);
+}
+
+bool VelocityExecutive::Impl::TryOtherWay(std::string& why) {
+  if (!options.other_way) return false;
+  if (other_ways >= options.max_other_ways) {
+    why = "other actions have been tried " + std::to_string(other_ways) + " times";
+    return false;
+  }
+  const int action = plan.steps[static_cast<size_t>(at)].action_index;
+  const std::string blocked = plan.actions[static_cast<size_t>(action)];
+  planning::Plan next = plan;
+  next.actions.resize(static_cast<size_t>(action));
+  const auto found = options.other_way(next.actions, blocked, why);
+  if (!found) return false;
+  next.actions.insert(next.actions.end(), found->begin(), found->end());
+  std::erase_if(next.steps, [&](const planning::PlanStep& step) { return step.action_index >= action; });
+  planning::Plan before = std::move(plan);
+  std::vector<BoundVelocityStep> steps_before = std::move(steps);
+  plan = std::move(next);
+  steps.clear();
+  try {
+    BindPlan(schemas);
+  } catch (const InputError& error) {
+    plan = std::move(before);
+    steps = std::move(steps_before);
+    why = "other actions can't be executed: " + std::string(error.what());
+    return false;
+  }
+  ++other_ways;
+  if (held >= 0 && held_name != held_before) {
+    // It was taken by the action that is given up.
+    Record(EventKind::kReleased, "'" + held_name + "'");
+    Release();
+    gripper.mode = robot::GripperCommand::Mode::kOpening;
+    gripper.opening = model->gripper().max_opening;
+  }
+  std::erase_if(retries_of_action, [&](const auto& entry) { return entry.first >= action; });
+  const auto first = std::find_if(plan.steps.begin(), plan.steps.end(), [&](const planning::PlanStep& step) {
+    return step.action_index >= action;
+  });
+  at = static_cast<int>(first - plan.steps.begin());
+  records.resize(steps.size());
+  for (size_t i = static_cast<size_t>(at); i < records.size(); ++i) {
+    records[i] = {};
+    records[i].step = static_cast<int>(i);
+  }
+  std::string text = "without " + blocked + ":";
+  for (const std::string& name : *found) text += " " + name;
+  Record(EventKind::kReplanned, text);
+  StartStep(at);
+  return true;
 }
 
 void VelocityExecutive::Impl::Fail(const std::string& reason) {
@@ -277,7 +336,7 @@ void VelocityExecutive::Impl::Fail(const std::string& reason) {
 void VelocityExecutive::Impl::Abort(EventKind kind, const std::string& text, bool retry) {
   Record(kind, text);
   int& tried = retries_of_action[plan.steps[static_cast<size_t>(at)].action_index];
-  if (!retry || tried >= options.max_retries) return Fail(text);
+  if (!retry || tried >= options.max_retries) return GiveUpAction(text);
   ++tried;
   ++retries;
   const int step = at;
@@ -343,6 +402,7 @@ const std::string& VelocityExecutive::held() const { return impl_->held_name; }
 const std::vector<Event>& VelocityExecutive::events() const { return impl_->events; }
 const std::vector<StepRecord>& VelocityExecutive::records() const { return impl_->records; }
 int VelocityExecutive::retries() const { return impl_->retries; }
+int VelocityExecutive::replans() const { return impl_->other_ways; }
 const std::vector<std::pair<std::string, std::string>>& VelocityExecutive::allowed() const {
   return impl_->allowed;
 }

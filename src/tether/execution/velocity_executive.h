@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +16,11 @@
 #include "tether/scene/scene.h"
 
 namespace tether::execution {
+
+/// Other actions that lead on from where a plan has come to, in place of `blocked` and what followed it;
+/// empty, with the reason, if there are none.
+using OtherWay = std::function<std::optional<std::vector<std::string>>(
+    const std::vector<std::string>& done, const std::string& blocked, std::string& reason)>;
 
 struct VelocityExecutiveOptions {
   double period = 0.005;  ///< Time between ticks, s.
@@ -28,6 +35,8 @@ struct VelocityExecutiveOptions {
   double stall_time = 2.0;      ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;     ///< s
   int max_retries = 2;          ///< Per action.
+  OtherWay other_way;           ///< Asked when an action can't be done; none: the run fails then.
+  int max_other_ways = 4;       ///< So often, per run.
   /// Throws InputError naming every field that is not finite or not positive.
   void Validate() const;
 };
@@ -43,10 +52,11 @@ struct VelocityExecutiveOptions {
 /// - Contact is exempt for the pairs under `allow`, for a held object against what it stood on until it is
 ///   clear of that, and against what carries the region that it is brought to.
 /// - A verb without progress is reported with the constraints that hold it up; a detour in joint space is
-///   planned and followed under the same constraints, then the action is tried again, then the run fails.
+///   planned and followed under the same constraints, then the action is tried again, then other actions are
+///   asked for (`other_way`), then the run fails.
 ///
-/// Between events, Step() allocates nothing. Deterministic. A detour is planned within one tick, for now,
-/// while the arm stands.
+/// Between events, Step() allocates nothing. Deterministic if `other_way` is. Detours and other ways are
+/// planned within one tick, for now, while the arm stands.
 class VelocityExecutive final : public PlanRunner {
  public:
   /// Binds the plan's actions to `actions`. Throws InputError with everything that can't be executed: unknown
@@ -67,6 +77,7 @@ class VelocityExecutive final : public PlanRunner {
   const std::vector<Event>& events() const override;
   const std::vector<StepRecord>& records() const override;
   int retries() const override;
+  int replans() const override;
   const std::vector<std::pair<std::string, std::string>>& allowed() const override;
   /// The controller as it was at the last tick.
   const control::ConstrainedVelocity& controller() const;

@@ -43,6 +43,9 @@ struct VelocityExecutive::Impl {
   void UpdateAllowed();
   void Record(EventKind kind, const std::string& text);
   void Abort(EventKind kind, const std::string& text, bool retry);
+  /// Goes on with other actions, or fails.
+  void GiveUpAction(const std::string& reason);
+  bool TryOtherWay(std::string& why);
   void Fail(const std::string& reason);
   void Hold(int object);
   void Release();
@@ -61,9 +64,10 @@ struct VelocityExecutive::Impl {
                     const math::Pose& X_WT) const;
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
-  bool TryDetour();
-  /// velocity_detour.cc: configurations that lead round what is in the way of the goal; empty if none do.
-  std::vector<Eigen::VectorXd> FindDetour();
+  bool TryDetour(std::string& why);
+  /// velocity_detour.cc: configurations that lead round what is in the way of the goal; empty, with the
+  /// reason, if none do.
+  std::vector<Eigen::VectorXd> FindDetour(std::string& why);
 
   const planning::StepSchema& schema() const { return steps[static_cast<size_t>(at)].schema; }
   math::Pose X_WTarget(const control::Frame& target) const;
@@ -79,6 +83,7 @@ struct VelocityExecutive::Impl {
   std::string robot_name;
   planning::Plan plan;
   VelocityExecutiveOptions options;
+  std::vector<planning::ActionSchema> schemas;
   std::vector<BoundVelocityStep> steps;
   control::ConstrainedVelocity controller;
 
@@ -112,6 +117,8 @@ struct VelocityExecutive::Impl {
   size_t waypoint = 0;
   int detours = 0;
   int retries = 0;
+  int other_ways = 0;
+  std::string held_before;  ///< What the hand held when the present action began.
   std::map<int, int> retries_of_action;
   double relaxed_until = -1, escaping_until = -1;
   bool faulty = false;

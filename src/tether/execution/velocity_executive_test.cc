@@ -207,9 +207,8 @@ TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
 }
 
-TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
-  Fake fake;
-  // A pillar upon the region: nothing gets there.
+/// A pillar upon the region on the right: nothing gets there.
+void BlockRight(Fake& fake) {
   scene::Object pillar;
   pillar.name = "pillar";
   pillar.shape = geometry::Primitive(geometry::Box{{0.2, 0.2, 0.8}});
@@ -217,11 +216,78 @@ TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
   fake.scene.objects.push_back(pillar);
   fake.options.constraints[0].to.emplace_back("pillar");
   fake.options.max_retries = 0;
+}
+
+TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
+  Fake fake;
+  BlockRight(fake);
   fake.Start({"move(right)"});
   fake.Run(120);
   EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
   EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near pillar")) << fake.Story();
   EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
+}
+
+TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
+  Fake fake;
+  // A screen across the straight way from the left to the right: sliding along it leads nowhere.
+  scene::Object screen;
+  screen.name = "screen";
+  screen.shape = geometry::Primitive(geometry::Box{{0.5, 0.02, 0.3}});
+  screen.X_ParentObject = Pose(Vector3d(0.4, 0.02, 0.15));
+  fake.scene.objects.push_back(screen);
+  fake.options.constraints[0].to.emplace_back("screen");
+  fake.Start({"move(left)", "move(right)"});
+  double nearest = 1;
+  fake.Run(160, [&] {
+    const control::ConstrainedVelocity& controller = fake.executive->controller();
+    for (int i = 0; i < controller.num_rows(); ++i) {
+      if (controller.row(i).a >= 0) nearest = std::min(nearest, controller.row(i).value);
+    }
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near screen")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kDetour)) << fake.Story();
+  EXPECT_GT(nearest, -1e-3);  // on the detour as well
+}
+
+TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
+  Fake fake;
+  BlockRight(fake);
+  std::vector<std::string> done_before;
+  std::string blocked_action;
+  fake.options.other_way = [&](const std::vector<std::string>& done, const std::string& blocked,
+                               std::string&) -> std::optional<std::vector<std::string>> {
+    done_before = done;
+    blocked_action = blocked;
+    return std::vector<std::string>{"hold(block,square)", "place(block,square)", "move(hub)"};
+  };
+  fake.Start(kCarry);
+  fake.Run(200);
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_EQ(blocked_action, "hold(block,right)");
+  EXPECT_EQ(done_before, std::vector<std::string>(kCarry.begin(), kCarry.begin() + 3));
+  EXPECT_TRUE(fake.Happened(EventKind::kReplanned, "without hold(block,right): hold(block,square)"));
+  EXPECT_EQ(fake.executive->replans(), 1);
+  EXPECT_EQ(fake.executive->plan().actions.size(), 6u);
+  EXPECT_EQ(fake.executive->plan().steps.size(), fake.executive->records().size());
+  EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0.05)).norm(), 0.05);
+}
+
+TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
+  Fake fake;
+  BlockRight(fake);
+  fake.options.other_way = [](const auto&, const std::string&,
+                              std::string& reason) -> std::optional<std::vector<std::string>> {
+    reason = "no other actions lead to the goal";
+    return std::nullopt;
+  };
+  fake.Start({"move(right)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(fake.executive->status().reason,
+              ::testing::AllOf(HasSubstr("move(right): no progress"), HasSubstr("near pillar"),
+                               HasSubstr("no detour: "), HasSubstr("no other actions lead to the goal")));
 }
 
 TEST(VelocityExecutiveTest, WhatCantBeDoneIsSaidBefore) {

@@ -110,7 +110,7 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   const auto found = FindTopGrasp(*model, scene.objects[static_cast<size_t>(target)].shape,
                                   objects[static_cast<size_t>(target)].X, X_WH.R, &reason);
   if (!found) {
-    Fail("'" + step.schema.target + "' can't be grasped from above: " + reason);
+    GiveUpAction("'" + step.schema.target + "' can't be grasped from above: " + reason);
     return std::nullopt;
   }
   grasp = plan.steps[static_cast<size_t>(at)].X_TC = found->X_OH;
@@ -199,6 +199,7 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
       Vector3d start = X_TF_now.p;
       start.z() = std::max(start.z(), kLeastHeight);
       if (spec.kind == "upright") {
+        field.buffer = 0;  // it becomes as narrow as things stand
         field.function = constraints::MakeNarrowingAngle(up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
                                                          Vector3d::Zero());
       } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
@@ -264,7 +265,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::ReachVerb& reach) {
     goal->turn_speed = options.turn_speed;
     return Outcome::kRunning;
   }
-  if (!path.empty()) return WatchProgress(controller.error_rad());
+  if (!path.empty()) return WatchProgress(0);
   goal->speed = std::min(speed, kFirstSpeed + options.acceleration * (time - verb_start));
   const double error_m = controller.error_m(), error_rad = controller.error_rad();
   StepRecord& record = records[static_cast<size_t>(at)];
@@ -292,7 +293,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
     entered = true;
     return Outcome::kRunning;
   }
-  if (!path.empty()) return WatchProgress(controller.error_rad());
+  if (!path.empty()) return WatchProgress(0);
   goal->speed = std::min(speed, kFirstSpeed + options.acceleration * (time - verb_start));
   if (controller.error_m() <= kShiftTolerance) return Outcome::kDone;
   return WatchProgress(controller.error_m());
@@ -371,10 +372,11 @@ std::string VelocityExecutive::Impl::WhatHoldsUp() const {
   return text.empty() ? "beyond what the arm can do there" : text;
 }
 
-bool VelocityExecutive::Impl::TryDetour() {
+bool VelocityExecutive::Impl::TryDetour(std::string& why) {
+  if (detours > 1) why = "detours did not help";
   if (detours > 1 || !goal) return false;
   ++detours;
-  path = FindDetour();
+  path = FindDetour(why);
   waypoint = 0;
   if (path.empty()) return false;
   controller.SetExtraFields({});  // the way that the verb asks for begins anew at the end of the detour
@@ -397,6 +399,7 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
     goal = control::Goal{};
     goal->posture = path[waypoint];
     goal->turn_speed = options.turn_speed;
+    error = (q - path[waypoint]).cwiseAbs().maxCoeff();
   }
   if (error < best_error - kProgress) {
     best_error = error;
@@ -404,7 +407,7 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
   }
   const bool late = time - verb_start > options.verb_timeout;
   if (time - progress_time < options.stall_time && !late) return Outcome::kRunning;
-  const std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
+  std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
   progress_time = time;
   if (!path.empty()) {
     path.clear();
@@ -414,10 +417,12 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
     return Outcome::kRunning;
   }
   Record(EventKind::kStalled, reason);
-  if (!late && TryDetour()) {
+  std::string why;
+  if (!late && TryDetour(why)) {
     best_error = std::numeric_limits<double>::infinity();
     return Outcome::kRunning;
   }
+  if (!why.empty()) reason += "; no detour: " + why;
   Abort(EventKind::kStalled, reason, true);
   return Outcome::kAborted;
 }

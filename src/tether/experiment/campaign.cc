@@ -7,34 +7,43 @@
 #include <memory>
 
 #include "tether/common/error.h"
+#include "tether/experiment/campaign_control.h"
 #include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/campaign_scene.h"
 #include "tether/experiment/plan_output.h"
+#include "tether/robot/model.h"
 
 namespace tether::experiment {
 namespace {
 
 constexpr int kIpoptScenes = 50;
 constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
+constexpr int kSeededRuns = 30;
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
 
 bool Stopped(const CampaignOptions& options) { return options.stop != nullptr && options.stop->load(); }
 
-int ScenesOf(const CampaignOptions& options) {
+int ScenesOf(const CampaignOptions& options, const std::string& kind) {
   if (options.scenes) return *options.scenes;
+  if (kind == "seeds") return kSeededRuns;
   if (options.name == "execution") return kExecutedScenes;
   return options.name == "robustness" ? 1000 : options.name == "growth" ? 1 : 100;
 }
 
 std::vector<std::string> KindsOf(const std::string& campaign) {
   if (campaign == "execution") return {"reach", "stack", "clutter"};
+  if (campaign == "control") return {"seeds", "moved", "crossing"};
   return {"reach", "stack"};
+}
+
+std::string ScenarioOf(const CampaignOptions& options) {
+  return options.scenario.empty() ? robot::DataDirectory() + "/scenarios/assistive.yaml" : options.scenario;
 }
 
 std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
   std::vector<CampaignScene> scenes;
-  const auto count = static_cast<uint64_t>(ScenesOf(options));
   if (options.name == "growth") {
+    const auto count = static_cast<uint64_t>(ScenesOf(options, "hanoi"));
     for (int blocks = kFewestBlocks; blocks <= kMostBlocks; ++blocks) {
       for (uint64_t i = 0; i < count; ++i) scenes.push_back({"hanoi", blocks, options.seed + i});
     }
@@ -43,6 +52,7 @@ std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
   for (const std::string& kind : KindsOf(options.name)) {
     const auto& kinds = options.kinds;
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
+    const auto count = static_cast<uint64_t>(ScenesOf(options, kind));
     for (uint64_t i = 0; i < count; ++i) {
       const uint64_t seed = options.seed + i;
       const bool stack = kind == "stack";
@@ -60,6 +70,7 @@ std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene
   if (options.name == "warm") return MeasureWarmStart(scene, measurement);
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
   if (options.name == "execution") return MeasureExecution(scene, options.no_robot, options.stop);
+  if (options.name == "control") return MeasureControl(scene, ScenarioOf(options), options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
 }
@@ -84,6 +95,7 @@ class RecordFile {
                        .Set("name", options.name)
                        .Set("restarts", options.restarts);
     if (options.name == "execution") header.Set("no_robot", options.no_robot);
+    if (options.name == "control" && !options.scenario.empty()) header.Set("scenario", options.scenario);
     std::error_code error;
     if (std::filesystem::is_directory(path_, error)) {
       throw InputError("--output: '" + path_ + "' is a folder", "a file");
@@ -174,7 +186,9 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
       {"quality", "the cost against the best of random restarts; 100 of each kind"},
       {"warm", "solving again after an object was moved, from what was found before; 100 of each kind"},
       {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"},
-      {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"}};
+      {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"},
+      {"control",
+       "the velocity controller: runs from 30 seeds, 100 with an obstacle moved, 100 with one crossing"}};
 }
 
 void CampaignOptions::Validate() const {
@@ -194,7 +208,11 @@ void CampaignOptions::Validate() const {
       diagnostics.Add({}, "--kind is '" + kind + "'",
                       kinds_of.size() == 2 ? "reach or stack" : JoinAlternatives(kinds_of));
   }
-  if (no_robot && name != "execution")
+  if (!scenario.empty() && name != "control")
+    diagnostics.Add({}, "--scenario says nothing to campaign '" + name + "'", "with campaign 'control'");
+  if (no_robot && name == "control")
+    diagnostics.Add({}, "--no-robot says nothing to campaign 'control'", "its plans are executed by an arm");
+  else if (no_robot && name != "execution")
     diagnostics.Add({}, "--no-robot says nothing to campaign '" + name + "'",
                     "it plans without the arm anyway");
   if (scenes && *scenes < 1) diagnostics.Add({}, "--scenes is " + std::to_string(*scenes), "1 or more");

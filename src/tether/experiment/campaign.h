@@ -16,11 +16,12 @@ namespace tether::experiment {
 /// `execution`, with the native solver, in one thread.
 struct CampaignOptions {
   std::string name;                ///< One of CampaignNames().
-  std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter; empty: all of
-                                   ///< them. growth takes none.
+  std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter; of runs, for
+                                   ///< control: seeds, moved, crossing. Empty: all. growth takes none.
   std::optional<int>
       scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
   bool no_robot = false;  ///< Of execution: plan without the arm.
+  std::string scenario;   ///< Of control: the scenario file; empty: the shipped assistive one.
   int restarts = 100;     ///< Random starts, of every candidate, per scene.
   uint64_t seed = 1;      ///< Of the first scene; the others follow it.
   std::string output;     ///< File with a line of JSON per scene; empty: none.
@@ -31,7 +32,7 @@ struct CampaignOptions {
 };
 
 /// The campaigns, each with one line of explanation: robustness, quality, warm, growth,
-/// execution.
+/// execution, control.
 std::vector<std::pair<std::string, std::string>> CampaignNames();
 
 struct CampaignResult {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tether/experiment/campaign.h"
+#include "tether/experiment/campaign_control.h"
 #include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/process_time.h"
@@ -275,11 +276,12 @@ Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& re
   Value rows = Value::Array();
   for (const std::string& kind : kinds) {
     const std::vector<const Value*>& records = by_kind[kind];
-    const Value summary = options.name == "execution" ? SummarizeExecution(records)
-                          : options.name == "quality" ? SummarizeQuality(records)
-                          : options.name == "warm"    ? SummarizeWarm(records)
-                          : options.name == "growth"  ? SummarizeGrowth(records)
-                                                      : SummarizeRobustness(records);
+    const Value summary = options.name == "control"     ? SummarizeControl(records)
+                          : options.name == "execution" ? SummarizeExecution(records)
+                          : options.name == "quality"   ? SummarizeQuality(records)
+                          : options.name == "warm"      ? SummarizeWarm(records)
+                          : options.name == "growth"    ? SummarizeGrowth(records)
+                                                        : SummarizeRobustness(records);
     Value row = Value::Object();
     row.Set("kind", kind).Set("scenes", static_cast<int>(records.size()));
     for (const Value::Member& member : summary.members()) row.Set(member.key, member.value);
@@ -297,11 +299,12 @@ std::string CampaignTable(const Value& summary) {
   std::string text;
   for (const Value& row : summary.Find("kinds")->items()) {
     text += Text(row, "kind") + ": " +
-            (name == "execution" ? ExecutionText(row)
-             : name == "quality" ? QualityText(row)
-             : name == "warm"    ? WarmText(row)
-             : name == "growth"  ? GrowthText(row)
-                                 : RobustnessText(row));
+            (name == "control"     ? ControlText(row)
+             : name == "execution" ? ExecutionText(row)
+             : name == "quality"   ? QualityText(row)
+             : name == "warm"      ? WarmText(row)
+             : name == "growth"    ? GrowthText(row)
+                                   : RobustnessText(row));
   }
   return text;
 }

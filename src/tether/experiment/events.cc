@@ -132,6 +132,7 @@ class EventParser {
     if (const Value* over = reader.Required("over", "a duration in s: objects move at finite speed")) {
       event.over = ReadPositive(*over, "'over' of event", diagnostics_);
     }
+    event.steady = reader.Bool("steady", false);
     reader.Finish();
   }
 
@@ -161,7 +162,8 @@ std::string Event::Describe() const {
   };
   const std::string where =
       has_goal ? "to " + triple(X_ParentGoal.p) + " in " + parent : "by " + triple(X_by.p) + " m";
-  return "move " + object + " " + where + " over " + Value(over).AsText() + " s";
+  return "move " + object + " " + where + " over " + Value(over).AsText() + " s" +
+         (steady ? " at one speed" : "");
 }
 
 std::vector<std::string> SplitAction(const std::string& text) {

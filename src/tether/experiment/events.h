@@ -20,7 +20,8 @@ struct Event {
   bool has_goal = false;  ///< Moves to `X_ParentGoal` in `parent` instead of by a displacement.
   std::string parent;
   math::Pose X_ParentGoal;
-  double over = 1;  ///< Duration, s.
+  double over = 1;      ///< Duration, s.
+  bool steady = false;  ///< At one speed, rather than rising and falling smoothly.
 
   /// "move box by (0, 0.1, 0) over 1 s".
   std::string Describe() const;

@@ -13,6 +13,7 @@
 #include "tether/common/log.h"
 #include "tether/execution/executive.h"
 #include "tether/execution/velocity_executive.h"
+#include "tether/experiment/other_ways.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/planning/plan_file.h"
 #include "tether/sim/renderer.h"
@@ -39,7 +40,7 @@ class Run {
         options_(options),
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
-        runner_(MakeRunner(scenario, scene, plan)),
+        runner_(MakeRunner(scenario, scene, task, plan, options)),
         margins_(scene, scenario.models, runner_->plan().robot, scenario.control_constraints),
         cost_(plan.cost),
         done_(options.events.size(), false) {
@@ -70,6 +71,7 @@ class Run {
     report_.plan.cost = cost_;
     report_.steps = runner_->records();
     report_.retries = runner_->retries();
+    report_.replans = runner_->replans();
     report_.margins = margins_.margins();
     return std::move(report_);
   }
@@ -77,11 +79,21 @@ class Run {
  private:
   static std::unique_ptr<execution::PlanRunner> MakeRunner(const Scenario& scenario,
                                                            const scene::Scene& scene,
-                                                           const planning::Plan& plan) {
+                                                           const symbolic::Task& task,
+                                                           const planning::Plan& plan,
+                                                           const RunOptions& options) {
     const ExecutionSettings& settings = scenario.execution;
     if (settings.controller == "constrained_velocity") {
+      execution::VelocityExecutiveOptions velocity = MakeVelocityOptions(scenario);
+      // The task outlives the run.
+      const auto ways = std::make_shared<OtherWays>(
+          std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
+          options.goal ? options.goal : scenario.goal);
+      velocity.other_way = [ways](const auto& done, const std::string& blocked, std::string& reason) {
+        return ways->Find(done, blocked, reason);
+      };
       return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
-                                                            MakeVelocityOptions(scenario));
+                                                            velocity);
     }
     return std::make_unique<execution::Executive>(scene, scenario.models, plan,
                                                   MakeExecutiveOptions(scenario));
@@ -202,7 +214,7 @@ class Run {
       if (done_[i] || !now) continue;
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      world_.MoveObject(event.object, Goal(event), event.over);
+      world_.MoveObject(event.object, Goal(event), event.over, event.steady);
     }
   }
 

@@ -113,6 +113,17 @@ TEST(MoveObjectTest, AFixedObjectPushesTheHand) {
   EXPECT_GT(world.Observe().at("panda").tau_external.norm(), 0.5);
 }
 
+TEST(MoveObjectTest, ASteadyMoveHasOneSpeed) {
+  scene::Scene scene;
+  scene.objects = {MakeObject("ball", geometry::Box{kCube}, {0.4, 0, 0.5})};
+  World world(scene, {});
+  world.MoveObject("ball", math::Pose(Eigen::Vector3d(0.4, 0.4, 0.5)), 2.0, true);
+  for (int tick = 1; tick < 10; ++tick) {
+    RunWatching(&world, "ball", 0.2);
+    EXPECT_NEAR(PoseOf(world, "ball").p.y(), 0.04 * tick, 1e-3);
+  }
+}
+
 TEST(MoveObjectTest, ASecondMoveReplacesTheFirst) {
   scene::Scene scene;
   scene.objects = {MakeTable(), MakeObject("box", geometry::Box{kCube}, {0.4, 0, 0.025}, 0.1)};

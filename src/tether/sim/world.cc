@@ -180,7 +180,7 @@ void World::PlaceObject(const std::string& object, const math::Pose& X_WO) {
   mj_forward(world.model.get(), world.data.get());
 }
 
-void World::MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration) {
+void World::MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration, bool steady) {
   Impl& world = *impl_;
   const int index = world.ObjectIndex(object);
   if (!IsFinite(X_WO_goal)) throw InputError("the goal for object '" + object + "' is not finite");
@@ -206,6 +206,7 @@ void World::MoveObject(const std::string& object, const math::Pose& X_WO_goal, d
   drive.change.tail<3>() = math::LogSO3(X_WO.R.transpose() * X_WO_goal.R);
   drive.begin = world.time();
   drive.duration = duration;
+  drive.steady = steady;
   world.drives[index] = drive;
 }
 

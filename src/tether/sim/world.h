@@ -54,10 +54,12 @@ class World : public robot::Interface {
   void PlaceObject(const std::string& object, const math::Pose& X_WO);
   /// A disturbance: drives an object from where it is to `X_WO_goal` over `duration` seconds (> 0) at finite
   /// speed, fixed objects included; things that rest on it ride along by friction. Speed rises and falls
-  /// smoothly and peaks at 15/8 of the mean. Fixed objects push with any force; a movable one only with its
-  /// own momentum, so that what blocks it holds it up, and is free again afterwards. A second call replaces
-  /// the first. Throws InputError for an object that isn't there and a duration that is not positive.
-  void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration);
+  /// smoothly and peaks at 15/8 of the mean, or is the same all the way if `steady`. Fixed objects push with
+  /// any force; a movable one only with its own momentum, so that what blocks it holds it up, and is free
+  /// again afterwards. A second call replaces the first. Throws InputError for an object that isn't there and
+  /// a duration that is not positive.
+  void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration,
+                  bool steady = false);
 
  private:
   friend class Renderer;

@@ -71,7 +71,7 @@ void DeleteMujoco::operator()(mjData_* data) const { mj_deleteData(data); }
 
 math::Pose Drive::At(double time) const {
   const double s = std::clamp((time - begin) / duration, 0.0, 1.0);
-  const double share = s * s * s * (10 + s * (-15 + 6 * s));
+  const double share = steady ? s : s * s * s * (10 + s * (-15 + 6 * s));
   return {start.R * math::ExpSO3(share * change.tail<3>()), start.p + share * change.head<3>()};
 }
 

@@ -27,6 +27,7 @@ struct Drive {
       math::Vector6d::Zero();  ///< (translation in the world, rotation vector in the body)
   double begin = 0;
   double duration = 0;
+  bool steady = false;
 
   double end() const { return begin + duration; }
   math::Pose At(double time) const;

@@ -136,10 +136,16 @@ bool Product::Read(int automaton_state, std::span<uint64_t> state) {
 
 std::optional<symbolic::State> Product::Start() {
   symbolic::State state = task_->initial_state();
-  if (!automaton_) return state;
-  state.push_back(0);
-  if (automaton_->IsTrap(ltl::LazyAutomaton::initial()) || !Read(ltl::LazyAutomaton::initial(), state)) {
-    return std::nullopt;
+  if (automaton_) {
+    state.push_back(0);
+    if (automaton_->IsTrap(ltl::LazyAutomaton::initial()) || !Read(ltl::LazyAutomaton::initial(), state)) {
+      return std::nullopt;
+    }
+  }
+  for (const int action : done_) {
+    symbolic::State next(state.size());
+    if (!Apply(action, state, next)) return std::nullopt;
+    state = std::move(next);
   }
   return state;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "tether/common/error.h"
@@ -45,8 +46,11 @@ class Product {
   bool IsUnsatisfiable() const { return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial()); }
   /// 64-bit words of a state.
   size_t words() const { return task_->words() + (automaton_ ? 1 : 0); }
-  /// The initial state; empty if the goal is lost there already.
+  /// The initial state, or that after BeginAfter(); empty if the goal is lost there already.
   std::optional<symbolic::State> Start();
+  /// These actions have been done: Start() is the state after them from now on. Before anything is made from
+  /// this product; they must be applicable one after another.
+  void BeginAfter(std::vector<int> actions) { done_ = std::move(actions); }
   void FindApplicable(symbolic::StateView state, std::vector<int>& actions) const {
     task_->FindApplicable(state.first(task_->words()), actions);
     if (!forbidden_.empty()) std::erase_if(actions, [&](int action) { return IsForbidden(action); });
@@ -76,6 +80,7 @@ class Product {
 
   std::shared_ptr<const symbolic::Task> task_;
   std::optional<TemporalGoal> goal_;
+  std::vector<int> done_;        ///< Before the start.
   std::vector<bool> forbidden_;  ///< By action; empty: none.
   std::unique_ptr<ltl::LazyAutomaton> automaton_;
   std::vector<int> propositions_;
