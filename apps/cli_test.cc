@@ -124,14 +124,14 @@ TEST(CliTest, LimitsEndPlanningHoweverShortTheyAre) {
 }
 
 TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
-  // The shelf stands where the arm does not reach.
+  // The shelf stands where the arm does not reach, by so little that nothing proves it.
   std::string text = ReadFile(kSource + "/scenarios/workspace_reach.yaml");
   const auto replace = [&](const std::string& from, const std::string& to) {
     ASSERT_NE(text.find(from), std::string::npos) << from;
     for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
       text.replace(at, from.size(), to);
   };
-  replace("[0.35, -0.35, 0.05]", "[0.95, -0.60, 0.05]");
+  replace("[0.35, -0.35, 0.05]", "[0.84, -0.53, 0.05]");
   replace(": workspace_reach/", ": " + kSource + "/scenarios/workspace_reach/");
   const ScratchFolder folder;
   const std::string file = folder.File("tether_cli_far.yaml");

@@ -35,7 +35,7 @@ constexpr const char* kDomain = R"((define (domain arm)
 constexpr const char* kHook = R"(
   hook:
     mass: 0.1
-    pose: {parent: table, position: [0.4, 0.3, 0.26]}
+    pose: {parent: table, position: [0, 0.3, 0.26]}
     shape:
     - capsule: {radius: 0.01, length: 0.25}
       pose: {position: [-0.09, 0.05, 0], rpy: [0, 1.5708, 0]}
@@ -60,7 +60,7 @@ task:
   domain: domain.pddl
   problem: problem.pddl
   max_actions: )" + std::to_string(max_actions) +
-                   task + "\nactions: [manipulation]\nplanning: {witnesses: true}\n";
+                   task + "\nactions: [manipulation]\n";
   texts.domain = kDomain;
   texts.problem = "(define (problem arm) (:domain arm) (:objects table " + objects +
                   " - thing) (:init (free) " + init + ") (:goal " + goal + "))";
@@ -131,6 +131,39 @@ TEST(WithinReachTest, MistakesAreExplained) {
               AllOf(HasSubstr("'within_reach' names 'nearr'"), HasSubstr("did you mean 'near'?")));
   EXPECT_THAT(error("(near box)", "\n  within_reach: [near]"),
               AllOf(HasSubstr(":init states 'near'"), HasSubstr("one of the two")));
+}
+
+// The symbols allow to pick the box at once. Only the arm knows that it takes a hook.
+TEST(ArmScenesTest, TheHookIsFoundWithoutBeingAskedFor) {
+  const Scenario scenario =
+      Load(Block("box", "[0.05, 0.05, 0.05]", "[0.9, 0, 0.025]") +
+               Block("shelf", "[0.3, 0.3, 0.1]", "[0.35, -0.35, 0.05]", false) + kHook,
+           "box hook shelf", "(can_move box) (can_move hook) (tool hook) (on box table) (on hook table)",
+           "(and (on box shelf) (free))", 5);
+  const PlanReport report = Plan(scenario);
+  ASSERT_EQ(report.status, PlanStatus::kSolved) << report.message;
+  const planning::Plan& plan = report.best()->plan;
+  EXPECT_THAT(plan.actions,
+              testing::ElementsAre("pick(hook)", "push(hook,box,table)", testing::StartsWith("place(hook,"),
+                                   "pick(box)", "place(box,shelf)"));
+  const planning::Problem problem = MakeProblem(scenario, scenario.scene, {});
+  EXPECT_TRUE(planning::CheckPlan(problem, plan).Feasible(problem.program));
+}
+
+TEST(WithinReachTest, PredicatesComeFromTheArm) {
+  const Scenario scenario =
+      Load(Block("box", "[0.05, 0.05, 0.05]", "[0.9, 0, 0.025]") +
+               Block("shelf", "[0.3, 0.3, 0.1]", "[0.35, -0.35, 0.05]", false) +
+               Block("attic", "[0.3, 0.3, 0.02]", "[0.5, -0.2, 1.3]", false) + kHook,
+           "box hook shelf attic", "(can_move box) (can_move hook) (on box table) (on hook table)",
+           "(inhand box)", 3, "\n  within_reach: [near]");
+  const int near = scenario.problem->domain->FindPredicate("near");
+  std::vector<std::string> names;
+  for (const symbolic::Fact& fact : scenario.problem->init) {
+    if (fact.predicate == near)
+      names.push_back(scenario.problem->objects[static_cast<size_t>(fact.arguments[0])].name);
+  }
+  EXPECT_THAT(names, testing::UnorderedElementsAre("table", "hook", "shelf"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "tether/ltl/automaton.h"
 #include "tether/ltl/parser.h"
 #include "tether/task/skeleton.h"
+#include "tether/task/symmetry.h"
 
 namespace tether::experiment {
 namespace {
@@ -73,22 +74,6 @@ std::unique_ptr<task::Product> MakeProduct(const std::string& domain, const std:
   auto parsed = symbolic::ParseProblem(problem, "problem", symbolic::ParseDomain(domain, "domain"));
   const task::TemporalGoal goal{ltl::ParseFormula(formula), ltl::Semantics::kCosafe, {}};
   return std::make_unique<task::Product>(symbolic::Task::Ground(std::move(parsed)), goal);
-}
-
-/// A state with two objects exchanged in every atom; the goal's automaton stays where it is.
-symbolic::State Exchange(const task::Product& product, const symbolic::State& state, int a, int b) {
-  const symbolic::Task& task = product.task();
-  symbolic::State image(state.size(), 0);
-  std::copy(state.begin() + static_cast<std::ptrdiff_t>(task.words()), state.end(),
-            image.begin() + static_cast<std::ptrdiff_t>(task.words()));
-  for (size_t i = 0; i < task.atoms().size(); ++i) {
-    if ((state[i / 64] >> (i % 64) & 1) == 0) continue;
-    symbolic::Atom atom = task.atoms()[i];
-    for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
-    const auto at = static_cast<size_t>(task.FindAtom(atom));
-    image[at / 64] |= uint64_t{1} << (at % 64);
-  }
-  return image;
 }
 
 /// Whether each of `wanted` can be reached, as far as `max_states` states tell.
@@ -193,7 +178,7 @@ std::optional<double> CountReachable(const std::string& domain, const std::strin
   std::vector<symbolic::State> images;
   for (const std::vector<int>& members : symmetry.Classes()) {
     for (size_t i = 1; i < members.size(); ++i)
-      images.push_back(Exchange(*product, *start, members.front(), members[i]));
+      images.push_back(task::ExchangeObjects(product->task(), *start, members.front(), members[i]));
   }
   // If the images of the start can be reached, so can those of every state that can.
   const bool closed = ReachesAll(*product, images, max_states);

@@ -65,6 +65,7 @@ class CandidateRun {
         NeedsWitnesses(problem_) ? RefuteByReach(facts_, steps_) : std::optional<ReachRefutation>();
     if (refutation) {
       NoteRefutation({refutation->reason}, refutation->action_index);
+      unmoved_ = refutation->unmoved;
       Conclude();
       return std::move(report_);
     }
@@ -89,6 +90,8 @@ class CandidateRun {
 
   /// After Run(): so many first actions are proved impossible; 0: none.
   size_t refuted_actions() const { return refuted_actions_; }
+  /// After Run(): the last of these is impossible as long as nothing moves one of these objects.
+  const std::vector<std::string>& unmoved() const { return unmoved_; }
   /// After Run(): the best that was accepted; null: nothing.
   std::shared_ptr<Optimum> optimum() const { return optimum_; }
   /// After Run(), where nothing was accepted: the steps whose constraints block each other.
@@ -326,6 +329,7 @@ class CandidateRun {
   bool all_refuted_ = true;
   bool exhausted_ = false;  // All ways were looked at.
   size_t refuted_actions_ = 0;
+  std::vector<std::string> unmoved_;
 };
 
 /// How many first actions of a candidate that was given up fail already: those up to one that takes part in
@@ -356,6 +360,7 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   verdict.report = run.Run();
   verdict.optimum = run.optimum();
   verdict.failing_actions = run.refuted_actions();
+  verdict.unmoved = run.unmoved();
   if (verdict.report.status == CandidateStatus::kGaveUp && !limits.Over())
     verdict.failing_actions = FindFailingActions(facts, actions, steps, run, index, limits);
   verdict.report.optimize_s = limits.Elapsed() - begin;

@@ -14,7 +14,9 @@ struct Verdict {
   CandidateReport report;
   /// So many of its first actions fail already, whatever comes after them; 0: that is not known.
   size_t failing_actions = 0;
-  bool failing_anywhere = false;     ///< The last of these fails by itself, whatever comes before it.
+  bool failing_anywhere = false;  ///< The last of these fails by itself, whatever comes before it.
+  /// If not empty, the last of these fails as long as nothing moves one of these objects.
+  std::vector<std::string> unmoved;
   std::shared_ptr<Optimum> optimum;  ///< What a feasible one is, ready to be optimised again; else null.
 };
 

@@ -99,10 +99,10 @@ TEST(PlannerTest, WhatCanNotBeAmongTheBestIsPruned) {
 
 TEST(PlannerTest, WhatBlocksACandidateIsNamed) {
   Problem problem = CarryProblem(0.12, 0.35, 0.65);
-  // Beyond the arm's reach: no pose will do, but nothing proves it.
-  problem.scene.objects[1].X_ParentObject.p = Vector3d(1.5, 0, 0.01);
-  problem.scene.objects[2].X_ParentObject.p = Vector3d(1.5, 0.3, 0.01);
-  problem.scene.objects[3].X_ParentObject.p = Vector3d(1.5, 0.6, 0.01);
+  // Beyond the arm's reach: no pose will do, but by so little that nothing proves it.
+  problem.scene.objects[1].X_ParentObject.p = Vector3d(0.845, 0, 0.01);
+  problem.scene.objects[2].X_ParentObject.p = Vector3d(0.79, 0.3, 0.01);
+  problem.scene.objects[3].X_ParentObject.p = Vector3d(0.6, 0.6, 0.01);
   const PlanReport report = PlanTask(problem, *CarryTask());
   EXPECT_EQ(report.status, PlanStatus::kGaveUp);
   for (const CandidateReport& candidate : report.candidates) {

@@ -95,6 +95,23 @@ std::optional<Vector3d> ApproachAt(const FrameTree& tree, int step,
   return d;
 }
 
+/// The movable objects that a step's target hangs on, it among them, if the step moves the hand itself and no
+/// earlier one moves any of them.
+std::vector<std::string> UnmovedBelow(const Problem& problem, const std::vector<BoundStep>& steps, int step) {
+  const StepSchema& schema = steps[static_cast<size_t>(step)].schema;
+  std::vector<std::string> all;
+  if (schema.control != constraints::kHand) return all;
+  for (const scene::Object* object = problem.scene.FindObject(schema.target); object != nullptr;
+       object = problem.scene.FindObject(object->parent)) {
+    if (object->movable()) all.push_back(object->name);
+  }
+  for (int t = 0; t < step; ++t) {
+    if (std::find(all.begin(), all.end(), steps[static_cast<size_t>(t)].schema.control) != all.end())
+      return {};
+  }
+  return all;
+}
+
 }  // namespace
 
 std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
@@ -146,7 +163,8 @@ std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std:
     if (beyond <= kProof) continue;
     char text[64];
     std::snprintf(text, sizeof text, ": %.1f cm beyond reach", 100 * beyond);
-    return ReachRefutation{steps[t].action_index, steps[t].action + text};
+    return ReachRefutation{steps[t].action_index, steps[t].action + text,
+                           UnmovedBelow(facts.problem(), steps, static_cast<int>(t))};
   }
   return std::nullopt;
 }

@@ -28,6 +28,9 @@ std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts, const s
 struct ReachRefutation {
   int action_index = 0;
   std::string reason;  ///< "pick(box): 4.5 cm beyond reach"
+  /// Of all that comes before it, it matters only where these movable objects are, which have not been moved.
+  /// Empty: that is not so.
+  std::vector<std::string> unmoved;
 };
 
 /// The first action that is out of reach whatever the key poses: the nearest that the hand's last joint can

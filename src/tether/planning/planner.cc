@@ -19,10 +19,6 @@ std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vect
   return names;
 }
 
-bool BeginsWith(const std::vector<int>& actions, const std::vector<int>& prefix) {
-  return actions.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), actions.begin());
-}
-
 /// The outer loop: candidates come from the task search in batches, are optimised in the order of what they
 /// cost at least, several at once, and are dealt with in that order, so that the number of threads changes
 /// nothing but the time.
@@ -41,7 +37,7 @@ class Planner {
       const double begin = limits_.Elapsed();
       const std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
-      if (batch.empty()) break;
+      if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
       Optimize(batch);
     }
     Conclude();
@@ -62,11 +58,8 @@ class Planner {
   }
 
   bool Refuted(const Candidate& candidate) const {
-    return std::any_of(conflicts_.begin(), conflicts_.end(), [&](const task::Conflict& conflict) {
-      return conflict.anywhere ? std::find(candidate.actions.begin(), candidate.actions.end(),
-                                           conflict.prefix.back()) != candidate.actions.end()
-                               : BeginsWith(candidate.actions, conflict.prefix);
-    });
+    return std::any_of(conflicts_.begin(), conflicts_.end(),
+                       [&](const task::Conflict& conflict) { return conflict.RulesOut(candidate.actions); });
   }
 
   std::future<Verdict> Begin(const Candidate& candidate) const {
@@ -130,6 +123,10 @@ class Planner {
       const auto end = candidate.actions.begin() + static_cast<std::ptrdiff_t>(verdict.failing_actions);
       conflict.prefix = {candidate.actions.begin(), end};
       conflict.anywhere = verdict.failing_anywhere;
+      if (!verdict.unmoved.empty()) {
+        conflict.unless = ActionsThatMove(verdict.unmoved);
+        conflict.anywhere = conflict.unless.empty();
+      }
       conflict.constraints = report.blocking;
       conflict.reason = report.reason;
       source_.AddConflict(conflict);
@@ -137,6 +134,18 @@ class Planner {
     }
     if (on_candidate_) on_candidate_(report);
     report_.candidates.push_back(std::move(report));
+  }
+
+  std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) const {
+    std::vector<int> all;
+    for (int action = 0; action < static_cast<int>(task_.actions().size()); ++action) {
+      for (const BoundStep& step : BindSkeleton(problem_, ActionNames(task_, {action}))) {
+        if (std::find(objects.begin(), objects.end(), step.schema.control) == objects.end()) continue;
+        all.push_back(action);
+        break;
+      }
+    }
+    return all;
   }
 
   double CostOf(const std::vector<int>& actions) const {

@@ -12,6 +12,9 @@ namespace {
 constexpr size_t kBatch = 16;
 // Where the best of all are wanted, all are compared, but not more than this at a time.
 constexpr size_t kLargestBatch = 1000;
+// Skeletons that come back to a state: so many are looked at, and so many actions more than others have.
+constexpr int kMostReturns = 200'000;
+constexpr int kMoreActions = 3;
 
 }  // namespace
 
@@ -34,6 +37,12 @@ std::unique_ptr<task::Product> SkeletonSource::MakeProduct() const {
 void SkeletonSource::Restart() {
   task::SkeletonOptions how;
   how.max_actions = options_.max_actions;
+  how.skip_revisits = !returns_;
+  if (returns_ && how.max_actions == 0) {
+    size_t longest = 0;
+    for (const std::vector<int>& actions : yielded_) longest = std::max(longest, actions.size());
+    how.max_actions = static_cast<int>(longest) + kMoreActions;
+  }
   how.blind = options_.method == SearchMethod::kDijkstra || options_.method == SearchMethod::kBfs;
   how.unit_costs = options_.method == SearchMethod::kBfs;
   how.first_at_once = options_.cheapest_only;
@@ -44,6 +53,27 @@ void SkeletonSource::Restart() {
   search_ = std::make_unique<task::SkeletonSearch>(MakeProduct(), how);
   for (const task::Conflict& conflict : conflicts_) search_->AddConflict(conflict);
   fresh_ = true;
+}
+
+bool SkeletonSource::AllowReturns() {
+  const bool useful = std::any_of(conflicts_.begin(), conflicts_.end(),
+                                  [](const task::Conflict& conflict) { return !conflict.unless.empty(); });
+  if (returns_ || !useful || ended_ == task::SearchStatus::kStateLimit) return false;
+  returns_ = true;
+  returns_left_ = kMostReturns;
+  Restart();
+  return true;
+}
+
+/// It has an action that changes where something stands that was in the way of others.
+bool SkeletonSource::IsWorthReturning(const std::vector<int>& actions) const {
+  bool moves = false;
+  for (const task::Conflict& conflict : conflicts_) {
+    if (conflict.RulesOut(actions)) return false;
+    moves = moves || std::find_first_of(actions.begin(), actions.end(), conflict.unless.begin(),
+                                        conflict.unless.end()) != actions.end();
+  }
+  return moves;
 }
 
 task::SearchOutcome SkeletonSource::FindGreedily(const Limits& limits) {
@@ -85,6 +115,10 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
     turn.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
     turn.max_cost = max_cost;
     task::SearchOutcome outcome = search_->Next(turn);
+    if (outcome.found() && returns_) {
+      if (returns_left_-- == 0) return {task::SearchStatus::kPruned, {}};
+      if (!IsWorthReturning(outcome.skeleton->actions)) continue;
+    }
     if (outcome.found() && !yielded_.insert(outcome.skeleton->actions).second) continue;
     if (outcome.status == task::SearchStatus::kDepthLimit && !fresh_) {
       // What the search knew of longer skeletons may be ruled out by now: that would be a proof.

@@ -25,6 +25,11 @@ class SkeletonSource {
   std::vector<std::vector<int>> NextBatch(const Limits& limits);
   /// Nothing that begins with the conflict's prefix comes any more.
   void AddConflict(const task::Conflict& conflict);
+  /// From now on, also skeletons that come back to a symbolic state, if something fails only as long as an
+  /// object stands where it does, and an action that the symbols see no use in moves it. False if that
+  /// changes nothing. Without a limit on the number of actions, up to three more than the longest that came
+  /// so far.
+  bool AllowReturns();
   /// Why the last batch was not longer; kFound if only because batches are bounded.
   task::SearchStatus ended() const { return ended_; }
 
@@ -38,6 +43,7 @@ class SkeletonSource {
   /// Some skeleton, whatever it costs.
   task::SearchOutcome FindGreedily(const Limits& limits);
   task::SearchOutcome Next(const Limits& limits, std::optional<double> max_cost);
+  bool IsWorthReturning(const std::vector<int>& actions) const;
 
   const symbolic::Task& task_;
   std::optional<task::TemporalGoal> goal_;
@@ -47,7 +53,9 @@ class SkeletonSource {
   std::vector<task::Conflict> conflicts_;
   uint64_t earlier_expanded_ = 0, earlier_generated_ = 0;  // By searches that this one took the place of.
   bool greedy_done_ = false;
-  bool fresh_ = true;  // No conflict came since the search began.
+  bool returns_ = false;  // Skeletons may come back to a symbolic state.
+  int returns_left_ = 0;  // So many of these may be looked at.
+  bool fresh_ = true;     // No conflict came since the search began.
   task::SearchStatus ended_ = task::SearchStatus::kFound;
 };
 

@@ -8,9 +8,11 @@ namespace {
 
 using symbolic::Variable;
 
-constexpr size_t kMostPairs = 1000;  ///< Of values of a merge.
-constexpr size_t kMostMerges = 4;    ///< That are tried.
-constexpr int64_t kLeastGain = 25;   ///< What gains less than one part in so many is not worth starting anew.
+constexpr size_t kMostPairs = 1000;       ///< Of values of a merge.
+constexpr size_t kMostWork = 20'000'000;  ///< Looks at an action and two variables.
+constexpr size_t kMostMerges = 4;         ///< That are tried.
+constexpr int64_t kLargeGain = 20;
+constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
 
 bool Contains(const std::vector<int>& list, int item) {
   return std::find(list.begin(), list.end(), item) != list.end();
@@ -77,6 +79,7 @@ int64_t Estimate::Sum(Cut& cut, std::span<const symbolic::State> samples) {
 /// Pairs of variables each of which is asked for where the other changes, those with most such actions first.
 std::vector<Merge> Estimate::FindMerges() const {
   const std::vector<Variable>& variables = invariants_->variables;
+  if (variables.size() * variables.size() * product_.task().actions().size() > kMostWork) return {};
   std::vector<Uses> uses;
   for (const Variable& variable : variables) uses.push_back(FindUses(product_.task(), variable));
   std::vector<std::pair<size_t, Merge>> found;
@@ -122,9 +125,11 @@ int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int6
       evaluations += samples.size();
       const int64_t now = Sum(cut, samples);
       if (now > sum) {
-        sum = now;
-        idle = 0;
         done.push_back({i, change});
+        idle = 0;
+        // After a large step others may be worth while that were not before: the first ones shift most.
+        if (now - sum > sum / kLargeGain) i = count - 1;
+        sum = now;
         break;
       }
       potentials.Shift(potentials.directions()[i], -change);

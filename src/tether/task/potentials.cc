@@ -86,6 +86,7 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
   std::erase_if(deletes, holds);
   // Of those that may hold, one at most does if they are values of a variable.
   for (const Variable& variable : variables_) {
+    if (deletes.size() < 2) break;
     Change change;
     bool other = !variable.exactly_one;
     for (int atom : variable.atoms) {

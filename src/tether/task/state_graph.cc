@@ -13,8 +13,9 @@ constexpr size_t kMostLandmarks = size_t{1} << 26;
 
 /// States for whose sake the estimates are made stronger.
 constexpr size_t kSamples = 16;
+constexpr size_t kMostEvaluations = 5000;
 /// How many times as many expansions later that is tried again.
-constexpr uint64_t kStrengthenAgain = 4;
+constexpr uint64_t kStrengthenAgain = 16;
 
 }  // namespace
 
@@ -131,7 +132,7 @@ void StateGraph::Strengthen() {
   }
   std::vector<symbolic::AtomPermutation> exchanges;
   if (symmetry_) exchanges = symmetry_->Exchanges();
-  estimate_.Strengthen(samples, exchanges, nodes_.size());
+  estimate_.Strengthen(samples, exchanges, std::min(nodes_.size(), kMostEvaluations));
   strengthen_at_ *= kStrengthenAgain;
 }
 

@@ -12,8 +12,8 @@ namespace {
 using symbolic::Atom;
 using symbolic::GroundFormula;
 
-// What looking for exchanges may cost, in formulas and atoms looked at: some 0.1 s.
-constexpr size_t kMostWork = 3'000'000;
+// What looking for exchanges may cost, in formulas and atoms looked at: some 0.5 s.
+constexpr size_t kMostWork = 15'000'000;
 
 /// A formula as numbers, the same for all orders of its operands.
 using Code = std::vector<int>;
@@ -258,6 +258,20 @@ std::vector<std::vector<int>> FindClasses(const Product& product) {
 
 }  // namespace
 
+symbolic::State ExchangeObjects(const symbolic::Task& task, symbolic::StateView state, int a, int b) {
+  symbolic::State image(state.size(), 0);
+  std::copy(state.begin() + static_cast<std::ptrdiff_t>(task.words()), state.end(),
+            image.begin() + static_cast<std::ptrdiff_t>(task.words()));
+  for (size_t i = 0; i < task.atoms().size(); ++i) {
+    if ((state[i / 64] >> (i % 64) & 1) == 0) continue;
+    Atom atom = task.atoms()[i];
+    for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
+    const auto at = static_cast<size_t>(task.FindAtom(atom));
+    image[at / 64] |= uint64_t{1} << (at % 64);
+  }
+  return image;
+}
+
 Symmetry::Symmetry(const Product& product) {
   const symbolic::Task& task = product.task();
   atoms_ = task.atoms().size();
@@ -342,14 +356,14 @@ std::vector<symbolic::AtomPermutation> Symmetry::Exchanges() const {
   std::vector<symbolic::AtomPermutation> exchanges;
   for (const Class& one : classes_) {
     const size_t count = one.objects.size();
-    for (size_t i = 0; i + 1 < count; ++i) {
+    for (const size_t moved : {size_t{2}, count}) {
       symbolic::AtomPermutation& exchange = exchanges.emplace_back(atoms_);
       std::iota(exchange.begin(), exchange.end(), 0);
       for (size_t k = 0; k < one.patterns; ++k) {
-        const int a = one.atoms[k * count + i], b = one.atoms[k * count + i + 1];
-        exchange[static_cast<size_t>(a)] = b;
-        exchange[static_cast<size_t>(b)] = a;
+        const int* own = one.atoms.data() + k * count;
+        for (size_t i = 0; i < moved; ++i) exchange[static_cast<size_t>(own[i])] = own[(i + 1) % moved];
       }
+      if (count == 2) break;
     }
   }
   return exchanges;

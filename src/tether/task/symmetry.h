@@ -10,6 +10,10 @@
 
 namespace tether::task {
 
+/// A state with two interchangeable objects exchanged in every atom; what follows the atoms, such as the
+/// state of a goal's automaton, stays as it is.
+symbolic::State ExchangeObjects(const symbolic::Task& task, symbolic::StateView state, int a, int b);
+
 /// Objects of a product that are interchangeable: exchanging two of them everywhere maps the task onto
 /// itself, its goal included, wherever they are at the start. Then states that differ only by such an
 /// exchange are equally far from the goal, and one of them is enough to search through (Pochter, Zohar and
@@ -37,7 +41,8 @@ class Symmetry {
   /// How many states, itself included, have the representative of `state`.
   double OrbitSize(symbolic::StateView state);
 
-  /// What exchanging neighbours in a class does to the atoms: all exchanges are made of these.
+  /// What becomes of the atoms by exchanging the first two of a class, and by moving all of them on by one:
+  /// all exchanges are made of these.
   std::vector<symbolic::AtomPermutation> Exchanges() const;
 
   /// Image() can be asked for.

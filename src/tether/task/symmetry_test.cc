@@ -38,19 +38,6 @@ TemporalGoal Goal(const std::string& formula) {
   return {ltl::ParseFormula(formula), ltl::Semantics::kCosafe, {}};
 }
 
-/// The state with two objects exchanged in every atom.
-State Exchange(const Task& task, const State& state, int a, int b) {
-  State image(state.size(), 0);
-  for (size_t i = 0; i < task.atoms().size(); ++i) {
-    if ((state[i / 64] >> (i % 64) & 1) == 0) continue;
-    symbolic::Atom atom = task.atoms()[i];
-    for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
-    const auto at = static_cast<size_t>(task.FindAtom(atom));
-    image[at / 64] |= uint64_t{1} << (at % 64);
-  }
-  return image;
-}
-
 TEST(SymmetryTest, FindsWhatCanBeExchanged) {
   EXPECT_THAT(ClassesOf(Product(Task::Ground(domains::Gripper(4)))),
               ElementsAre(ElementsAre("ball1", "ball2", "ball3", "ball4")));
@@ -94,7 +81,7 @@ TEST(SymmetryTest, ARepresentativeIsTheSameForAllImages) {
         const auto pick = [&] {
           return members[static_cast<size_t>(random.Index(static_cast<int>(members.size())))];
         };
-        image = Exchange(*task, image, pick(), pick());
+        image = ExchangeObjects(*task, image, pick(), pick());
       }
       const bool changed = symmetry.Canonicalize(canonical);
       EXPECT_EQ(changed, canonical != state);
