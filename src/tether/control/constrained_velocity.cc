@@ -21,6 +21,8 @@ using nlp::Unit;
 constexpr int kMaxFunctionRows = 12;
 // What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
 constexpr double kRounding = 1e-4;
+// Derivatives below this are rounding, m/rad.
+constexpr double kDust = 1e-12;
 // A row that gives way by less holds, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
@@ -93,6 +95,8 @@ struct ConstrainedVelocity::Impl {
   double Side(const Row& row) const {
     return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
   }
+  /// Takes rounding for nothing: what the arm can't change must not look as if it could.
+  void ClearDust();
   Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
     return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
   }
@@ -385,6 +389,13 @@ void ConstrainedVelocity::Impl::Fault() {
   qdot.setZero();
 }
 
+void ConstrainedVelocity::Impl::ClearDust() {
+  const size_t size = static_cast<size_t>(num_rows) * static_cast<size_t>(n);
+  for (size_t i = 0; i < size; ++i) {
+    if (std::abs(jacobians[i]) < kDust) jacobians[i] = 0;
+  }
+}
+
 void ConstrainedVelocity::Impl::FindViolation() {
   most_speed = std::numeric_limits<double>::infinity();
   for (int r = 0; r < num_rows; ++r) {
@@ -507,6 +518,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   for (size_t i = 0; i < s.fields.size(); ++i) {
     s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
   }
+  s.ClearDust();
   s.FindViolation();
   if (goal != nullptr) s.AddGoal(*goal);
   if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);

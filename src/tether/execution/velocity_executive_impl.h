@@ -104,7 +104,8 @@ struct VelocityExecutive::Impl {
   bool entered = false;
   double verb_start = 0;
   std::optional<control::Goal> goal;
-  std::optional<math::Pose> grasp;  ///< Chosen for this step, where the plan has no key pose.
+  std::optional<math::Pose> grasp;  ///< Chosen for this step, where the plan has no key pose …
+  double grasp_width = 0;           ///< … with this between the fingers, m.
   double speed = 0, tolerance_m = 0, tolerance_rad = 0;
   double best_error = 0, progress_time = 0;
   double last_opening = 0, quiet_since = 0;

@@ -324,6 +324,24 @@ TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
   }
 }
 
+TEST(VelocityExecutiveTest, WhatStandsBesideAnObjectIsNoHindranceForANarrowerHand) {
+  Fake fake;
+  // The fingers close along y: open, they do not fit beside these.
+  for (const double side : {-1.0, 1.0}) {
+    scene::Object post;
+    post.name = side < 0 ? "post_1" : "post_2";
+    post.shape = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.12}});
+    post.X_ParentObject = Pose(Vector3d(0.355, 0.29 + side * 0.12, 0.06));
+    fake.scene.objects.push_back(post);
+    fake.options.constraints[0].to.push_back(post.name);
+  }
+  fake.Start({"move(left)", "grasp(block,left)", "hold(block,hub)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "hand near post")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kRetry)) << fake.Story();
+}
+
 TEST(VelocityExecutiveTest, WhatStartsInAForbiddenZoneIsLeftAndSaid) {
   Fake fake;
   control::ConstraintSpec outside;

@@ -24,6 +24,8 @@ constexpr double kSettledOpening = 5e-4, kSettledTime = 0.3, kGripperTimeout = 2
 // Where there is no room to open the hand all the way, it opens at least so far, and is tried in such steps,
 // m.
 constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
+// Wider than what is to be grasped, when that is tried again, m.
+constexpr double kNarrowOpening = 0.05;
 // What is grasped is no further than this from the grasp point, m.
 constexpr double kInHand = 0.02;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
@@ -117,6 +119,7 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
     return std::nullopt;
   }
   grasp = plan.steps[static_cast<size_t>(at)].X_TC = found->X_OH;
+  grasp_width = found->width;
   return grasp;
 }
 
@@ -228,6 +231,11 @@ bool VelocityExecutive::Impl::EnterFrameReach(const planning::ReachVerb& reach) 
   verb_fields.clear();
   const auto X_TC = KeyPose();
   if (!X_TC) return false;
+  const bool again = records[static_cast<size_t>(at)].attempts > 1;
+  if (again && grasp && held < 0 && gripper.mode == robot::GripperCommand::Mode::kOpening) {
+    // What is beside the object may have been in the way of an open hand.
+    gripper.opening = std::min(model->gripper().max_opening, grasp_width + kNarrowOpening);
+  }
   const control::Frame target = control_scene.Target(schema().target);
   goal = control::Goal{};
   goal->target = target;
