@@ -112,8 +112,11 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   }
   if (grasp) return grasp;
   std::string reason;
+  Eigen::Matrix3d R_WH = X_WH.R;
+  // The other way round, after two tries: fingers need not be alike on both sides.
+  if (records[static_cast<size_t>(at)].attempts > 2) R_WH.leftCols<2>() *= -1;
   const auto found = FindTopGrasp(*model, scene.objects[static_cast<size_t>(target)].shape,
-                                  objects[static_cast<size_t>(target)].X, X_WH.R, &reason);
+                                  objects[static_cast<size_t>(target)].X, R_WH, &reason);
   if (!found) {
     GiveUpAction("'" + step.schema.target + "' can't be grasped from above: " + reason);
     return std::nullopt;
@@ -326,9 +329,12 @@ double VelocityExecutive::Impl::FreeOpening() {
     return least;
   };
   const double now = std::min(0.0, least_room(opening));
-  double wide = model->gripper().max_opening;
-  while (wide > opening + kLeastOpening && least_room(wide) < now - kNoRoom) wide -= kOpeningStep;
-  return std::min(std::max(wide, opening + kLeastOpening), model->gripper().max_opening);
+  const double widest = model->gripper().max_opening;
+  double wide = opening;
+  // All the way: fingers on hinges may come nearest in between.
+  while (wide < widest && least_room(std::min(wide + kOpeningStep, widest)) >= now - kNoRoom)
+    wide += kOpeningStep;
+  return std::min(held >= 0 ? std::max(wide, opening + kLeastOpening) : wide, widest);
 }
 
 Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
