@@ -11,12 +11,9 @@ using symbolic::Variable;
 constexpr size_t kMostPairs = 1000;       ///< Of values of a merge.
 constexpr size_t kMostWork = 20'000'000;  ///< Looks at an action and two variables.
 constexpr size_t kMostMerges = 4;         ///< That are tried.
+constexpr size_t kMostPayers = 20'000;
 constexpr int64_t kLargeGain = 20;
 constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
-
-bool Contains(const std::vector<int>& list, int item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
 
 /// What each action has to do with a variable.
 struct Uses {
@@ -27,18 +24,10 @@ struct Uses {
 Uses FindUses(const symbolic::Task& task, const Variable& variable) {
   Uses uses;
   for (const symbolic::GroundAction& action : task.actions()) {
-    bool changes = false;
-    for (const symbolic::GroundEffect& effect : action.effects) {
-      const bool own = std::any_of(variable.atoms.begin(), variable.atoms.end(), [&](int atom) {
-        return Contains(effect.adds, atom) || Contains(effect.deletes, atom);
-      });
-      changes = changes || own;
-      uses.sometimes = uses.sometimes || (own && !effect.condition.always());
-    }
-    const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
-    uses.changes.push_back(changes);
-    uses.asks.push_back(std::any_of(literals.begin(), literals.end(),
-                                    [&](int literal) { return Contains(variable.atoms, literal / 2); }));
+    uses.changes.push_back(Changes(action, variable));
+    uses.asks.push_back(Asks(action, variable));
+    for (const symbolic::GroundEffect& effect : action.effects)
+      uses.sometimes = uses.sometimes || (!effect.condition.always() && Changes(effect, variable));
   }
   return uses;
 }
@@ -106,6 +95,49 @@ std::vector<Merge> Estimate::FindMerges() const {
   return merges;
 }
 
+/// For each part of the goal's automaton a variable that says all that it reads, if there is one.
+std::vector<Tracking> Estimate::FindTrackings(const std::optional<Merge>& merge) const {
+  std::vector<Tracking> trackings;
+  for (int part = 0; product_.automaton() != nullptr && part < product_.automaton()->parts(); ++part) {
+    for (const Variable& variable : invariants_->variables) {
+      auto tracking = Tracking::Make(product_, part, variable, merge, invariants_->mutexes);
+      if (!tracking || tracking->entries() > 2 * kMostPairs) continue;
+      trackings.push_back(std::move(*tracking));
+      break;
+    }
+  }
+  return trackings;
+}
+
+/// The best merge, and then each tracking that makes a difference.
+std::unique_ptr<Estimate::Cut> Estimate::FindRefinement(std::span<const symbolic::State> samples) {
+  const symbolic::Mutexes& mutexes = invariants_->mutexes;
+  auto best = std::make_unique<Cut>(product_, unit_costs_);
+  int64_t sum = Sum(*best, samples);
+  std::optional<Merge> merge;
+  std::vector<Tracking> trackings;
+  const auto improve = [&](const std::optional<Merge>& with, const std::vector<Tracking>& tracked,
+                           int64_t least) {
+    auto cut = std::make_unique<Cut>(product_, unit_costs_, with, tracked, mutexes);
+    if (cut->relaxation.payers().size() > kMostPayers) return false;
+    const int64_t own = Sum(*cut, samples);
+    if (own < sum + std::max<int64_t>(least, 1)) return false;
+    sum = own;
+    best = std::move(cut);
+    return true;
+  };
+  for (const Merge& candidate : FindMerges()) {
+    if (improve(candidate, {}, 0)) merge = candidate;
+  }
+  for (const Tracking& candidate : FindTrackings(merge)) {
+    trackings.push_back(candidate);
+    if (!improve(merge, trackings, sum / kLeastGain)) trackings.pop_back();
+  }
+  best->potentials =
+      std::make_unique<Potentials>(product_, best->relaxation, mutexes, invariants_->variables);
+  return best;
+}
+
 /// Changes weights one after another as long as the sum grows, and returns it with what was done.
 int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int64_t sum,
                         size_t max_evaluations, std::vector<Shift>& done) {
@@ -152,16 +184,8 @@ bool Estimate::Strengthen(std::span<const symbolic::State> samples,
   int64_t sum = before;
   std::unique_ptr<Cut> fresh;
   if (generation_ == 0) {
-    fresh = std::make_unique<Cut>(product_, unit_costs_);
-    for (const Merge& merge : FindMerges()) {
-      auto merged = std::make_unique<Cut>(product_, unit_costs_, merge, invariants_->mutexes);
-      const int64_t own = Sum(*merged, samples);
-      if (own <= sum) continue;
-      sum = own;
-      fresh = std::move(merged);
-    }
-    fresh->potentials = std::make_unique<Potentials>(product_, fresh->relaxation, invariants_->mutexes,
-                                                     invariants_->variables);
+    fresh = FindRefinement(samples);
+    sum = Sum(*fresh, samples);
   }
   Cut& cut = fresh ? *fresh : *cut_;
   std::vector<Shift> done;

@@ -33,10 +33,10 @@ class Estimate {
     return cut_ ? std::span<const int>(cut_->heuristic.landmarks()) : std::span<const int>();
   }
 
-  /// Looks for a merge of two variables and for potentials under which `samples` are estimated higher in sum,
-  /// in at most `max_evaluations`, and goes on with those if they make a difference. `exchanges` are what may
-  /// have been done to the states that are asked for: Symmetry::Exchanges(). Depends on nothing but its
-  /// arguments.
+  /// Looks for a merge of two variables, for parts of the automaton to be tracked and for potentials under
+  /// which `samples` are estimated higher in sum, in at most `max_evaluations`, and goes on with those if
+  /// they make a difference. `exchanges` are what may have been done to the states that are asked for:
+  /// Symmetry::Exchanges(). Depends on nothing but its arguments.
   bool Strengthen(std::span<const symbolic::State> samples,
                   const std::vector<symbolic::AtomPermutation>& exchanges, size_t max_evaluations);
   /// How often the estimate was strengthened. Landmarks of another generation are void.
@@ -51,11 +51,14 @@ class Estimate {
     std::unique_ptr<Potentials> potentials;
 
     Cut(const Product& product, bool unit_costs) : relaxation(product, unit_costs), heuristic(relaxation) {}
-    Cut(const Product& product, bool unit_costs, const Merge& merge, const symbolic::Mutexes& mutexes)
-        : relaxation(product, unit_costs, merge, mutexes), heuristic(relaxation) {}
+    Cut(const Product& product, bool unit_costs, const std::optional<Merge>& merge,
+        const std::vector<Tracking>& trackings, const symbolic::Mutexes& mutexes)
+        : relaxation(product, unit_costs, merge, trackings, mutexes), heuristic(relaxation) {}
   };
 
   std::vector<Merge> FindMerges() const;
+  std::vector<Tracking> FindTrackings(const std::optional<Merge>& merge) const;
+  std::unique_ptr<Cut> FindRefinement(std::span<const symbolic::State> samples);
   int64_t Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before, int action);
   int64_t Sum(Cut& cut, std::span<const symbolic::State> samples);
   struct Shift {

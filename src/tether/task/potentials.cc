@@ -9,10 +9,6 @@ namespace {
 using symbolic::Literal;
 using symbolic::Variable;
 
-bool Contains(const std::vector<int>& list, int item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
 }  // namespace
 
 Potentials::Potentials(const Product& product, const Relaxation& relaxation, const symbolic::Mutexes& mutexes,
@@ -48,13 +44,9 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
   std::vector<int> known = symbolic::NecessaryLiterals(action.precondition);
   const Merge* merge = relaxation_.merge();
   if (payer.from >= 0) {
-    const size_t count = merge->second_values();
-    const auto add = [&](const Variable& variable, size_t value) {
-      for (size_t i = 0; i < variable.atoms.size(); ++i)
-        known.push_back(Literal(variable.atoms[i], i == value));
-    };
-    add(merge->first, static_cast<size_t>(payer.from) / count);
-    add(merge->second, static_cast<size_t>(payer.from) % count);
+    const auto from = static_cast<size_t>(payer.from);
+    AppendLiterals(merge->first, merge->First(from), known);
+    AppendLiterals(merge->second, merge->Second(from), known);
     if (payer.from != payer.to) changes.push_back({{MergedFeature(payer.from), MergedFeature(payer.to)}});
   }
   const auto holds = [&](int atom) { return Contains(known, Literal(atom, true)); };
@@ -128,7 +120,7 @@ void Potentials::FindGroups() {
   if (const Merge* merge = relaxation_.merge()) {
     std::vector<std::vector<int>>& choices = goal_groups_.emplace_back();
     for (size_t pair = 0; pair < merge->values(); ++pair) {
-      const size_t first = pair / merge->second_values(), second = pair % merge->second_values();
+      const size_t first = merge->First(pair), second = merge->Second(pair);
       std::vector<int> features = {MergedFeature(static_cast<int>(pair))};
       if (first < merge->first.atoms.size()) features.push_back(merge->first.atoms[first]);
       if (second < merge->second.atoms.size()) features.push_back(merge->second.atoms[second]);

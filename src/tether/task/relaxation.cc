@@ -16,25 +16,13 @@ void SortUnique(std::vector<int>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-size_t FindValue(const symbolic::Variable& variable, symbolic::StateView state) {
-  for (size_t i = 0; i < variable.atoms.size(); ++i) {
-    const auto atom = static_cast<size_t>(variable.atoms[i]);
-    if ((state[atom / 64] >> (atom % 64) & 1) != 0) return i;
-  }
-  return variable.atoms.size();
-}
-
 }  // namespace
-
-size_t Merge::Find(symbolic::StateView state) const {
-  return FindValue(first, state) * second_values() + FindValue(second, state);
-}
 
 Relaxation::Relaxation(const Product& product, bool unit_costs) : product_(product) { Build(unit_costs); }
 
-Relaxation::Relaxation(const Product& product, bool unit_costs, const Merge& merge,
-                       const symbolic::Mutexes& mutexes)
-    : product_(product), merge_(merge), mutexes_(&mutexes) {
+Relaxation::Relaxation(const Product& product, bool unit_costs, std::optional<Merge> merge,
+                       std::vector<Tracking> trackings, const symbolic::Mutexes& mutexes)
+    : product_(product), merge_(std::move(merge)), trackings_(std::move(trackings)), mutexes_(&mutexes) {
   Build(unit_costs);
 }
 
@@ -120,151 +108,156 @@ bool Relaxation::Require(const GroundFormula& formula, std::vector<int>& precond
   return false;
 }
 
-void Relaxation::AddActions() {
-  const symbolic::Task& task = product_.task();
+void Relaxation::AddPairs() {
   if (merge_) {
-    const size_t count = merge_->second_values();
     possible_.assign(merge_->values(), 0);
     merged_facts_.assign(merge_->values(), -1);
-    for (size_t i = 0; i < merge_->first_values(); ++i) {
-      std::vector<int> holds;
-      if (i < merge_->first.atoms.size()) holds.push_back(symbolic::Literal(merge_->first.atoms[i], true));
-      const std::vector<bool> beside = FindPossible(merge_->second, count, holds);
-      for (size_t k = 0; k < count; ++k) {
-        possible_[i * count + k] = beside[k] ? 1 : 0;
-        if (beside[k]) merged_facts_[i * count + k] = AddFact();
+    for (size_t a = 0; a < CountValues(merge_->first); ++a) {
+      std::vector<int> literals;
+      if (a < merge_->first.atoms.size()) literals.push_back(symbolic::Literal(merge_->first.atoms[a], true));
+      const std::vector<bool> beside = FindPossible(merge_->second, *mutexes_, literals);
+      for (size_t b = 0; b < beside.size(); ++b) {
+        if (!beside[b]) continue;
+        possible_[merge_->Pair(a, b)] = 1;
+        merged_facts_[merge_->Pair(a, b)] = AddFact();
       }
     }
   }
-  for (size_t i = 0; i < task.actions().size(); ++i) {
-    const symbolic::GroundAction& action = task.actions()[i];
-    const int index = static_cast<int>(i);
-    std::vector<int> needed;
-    if (product_.IsForbidden(index) || !Require(action.precondition.formula(), needed)) {
-      payers_.push_back({index, -1, -1});
-    } else if (merge_ && DependsOnMerge(action)) {
-      AddMerged(index, needed);
-    } else {
-      AddAction(index, needed, {index, -1, -1});
+  for (const Tracking& tracking : trackings_) {
+    std::vector<int>& facts = tracked_facts_.emplace_back(tracking.entries(), -1);
+    for (size_t entry = 0; entry < facts.size(); ++entry) {
+      if (tracking.IsPossible(entry)) facts[entry] = AddFact();
     }
   }
 }
 
-/// `needed` are the facts of the precondition.
-void Relaxation::AddAction(int index, const std::vector<int>& needed, Payer payer) {
-  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(index)];
+void Relaxation::AddActions() {
+  AddPairs();
+  const symbolic::Task& task = product_.task();
+  std::vector<Context> contexts;
+  for (size_t i = 0; i < task.actions().size(); ++i) {
+    const symbolic::GroundAction& action = task.actions()[i];
+    contexts.assign(1, {{static_cast<int>(i), -1, -1}, {}, {}, {}});
+    if (product_.IsForbidden(static_cast<int>(i)) ||
+        !Require(action.precondition.formula(), contexts.front().needed)) {
+      payers_.push_back(contexts.front().payer);
+      continue;
+    }
+    contexts.front().literals = symbolic::NecessaryLiterals(action.precondition);
+    SplitByMerge(contexts);
+    for (size_t k = 0; k < trackings_.size(); ++k) SplitByTracking(k, contexts);
+    for (const Context& context : contexts) AddAction(context);
+  }
+}
+
+void Relaxation::AddAction(const Context& context) {
+  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(context.payer.action)];
   const int own = static_cast<int>(payers_.size());
-  payers_.push_back(payer);
+  payers_.push_back(context.payer);
   auto add_facts = [&](const symbolic::GroundEffect& effect, std::vector<int>& adds) {
     for (int atom : effect.adds) adds.push_back(positive_[static_cast<size_t>(atom)]);
     for (int atom : effect.deletes) {
       if (negative_[static_cast<size_t>(atom)] >= 0) adds.push_back(negative_[static_cast<size_t>(atom)]);
     }
   };
-  std::vector<int> always;
-  if (payer.to != payer.from) always.push_back(merged_facts_[static_cast<size_t>(payer.to)]);
+  std::vector<int> always = context.made;
   for (const symbolic::GroundEffect& effect : action.effects) {
     if (effect.condition.always()) {
       add_facts(effect, always);
       continue;
     }
-    std::vector<int> conditions = needed, adds;
+    std::vector<int> conditions = context.needed, adds;
     if (!Require(effect.condition.formula(), conditions)) continue;
     add_facts(effect, adds);
     AddOperator(own, std::move(conditions), std::move(adds));
   }
-  AddOperator(own, needed, std::move(always));
+  AddOperator(own, context.needed, std::move(always));
 }
 
-namespace {
-
-bool Contains(const std::vector<int>& list, int item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
-/// The value of `variable` after `action`, from `value` on; none if that can't be.
-std::optional<size_t> ValueAfter(const symbolic::Variable& variable, const symbolic::GroundAction& action,
-                                 size_t value) {
-  std::optional<size_t> after;
-  bool ends = false;
-  for (const symbolic::GroundEffect& effect : action.effects) {
-    if (!effect.condition.always()) continue;
-    for (size_t i = 0; i < variable.atoms.size(); ++i) {
-      if (Contains(effect.adds, variable.atoms[i])) {
-        if (after && *after != i) return std::nullopt;
-        after = i;
-      }
-      ends = ends || (i == value && Contains(effect.deletes, variable.atoms[i]));
-    }
+/// Takes away what a pair says anyway.
+void Relaxation::DropFacts(const symbolic::Variable& variable, std::vector<int>& facts) const {
+  for (int atom : variable.atoms) {
+    std::erase(facts, positive_[static_cast<size_t>(atom)]);
+    if (negative_[static_cast<size_t>(atom)] >= 0) std::erase(facts, negative_[static_cast<size_t>(atom)]);
   }
-  if (after) return after;
-  if (!ends) return value;
-  if (variable.exactly_one) return std::nullopt;
-  return variable.atoms.size();
 }
 
-}  // namespace
-
-/// By value, whether it may hold together with `literals`.
-std::vector<bool> Relaxation::FindPossible(const symbolic::Variable& variable, size_t values,
-                                           const std::vector<int>& literals) const {
-  std::vector<bool> possible(values, true);
-  for (size_t i = 0; i < values; ++i) {
-    const bool none = i == variable.atoms.size();
-    possible[i] = std::none_of(literals.begin(), literals.end(), [&](int literal) {
-      return none ? literal % 2 == 0 && Contains(variable.atoms, literal / 2)
-                  : mutexes_->AreMutex(symbolic::Literal(variable.atoms[i], true), literal);
-    });
-  }
-  return possible;
-}
-
-bool Relaxation::DependsOnMerge(const symbolic::GroundAction& action) const {
-  const auto speaks_of = [&](const symbolic::Variable& variable) {
-    const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
-    return std::any_of(literals.begin(), literals.end(),
-                       [&](int literal) { return Contains(variable.atoms, literal / 2); });
-  };
-  const auto changes = [&](const symbolic::Variable& variable) {
-    return std::any_of(action.effects.begin(), action.effects.end(), [&](const auto& effect) {
-      return std::any_of(variable.atoms.begin(), variable.atoms.end(), [&](int atom) {
-        return Contains(effect.adds, atom) || Contains(effect.deletes, atom);
-      });
-    });
-  };
-  return changes(merge_->first) || changes(merge_->second) ||
-         (speaks_of(merge_->first) && speaks_of(merge_->second));
-}
-
-/// The action once for each pair of values that its precondition allows.
-void Relaxation::AddMerged(int index, const std::vector<int>& needed) {
+/// The action once for each pair of values that it may be taken from.
+void Relaxation::SplitByMerge(std::vector<Context>& contexts) const {
+  if (!merge_) return;
+  const int index = contexts.front().payer.action;
   const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(index)];
-  const std::vector<int> literals = symbolic::NecessaryLiterals(action.precondition);
-  const size_t count = merge_->second_values();
-  const std::vector<bool> first = FindPossible(merge_->first, merge_->first_values(), literals);
-  const std::vector<bool> second = FindPossible(merge_->second, count, literals);
-  // The pair says all that the literals about its variables say.
-  std::vector<int> others = needed;
-  for (const symbolic::Variable* variable : {&merge_->first, &merge_->second}) {
-    for (int atom : variable->atoms) {
-      std::erase(others, positive_[static_cast<size_t>(atom)]);
-      if (negative_[static_cast<size_t>(atom)] >= 0) std::erase(others, negative_[static_cast<size_t>(atom)]);
+  const bool changes = Changes(action, merge_->first) || Changes(action, merge_->second);
+  if (!changes && !(Asks(action, merge_->first) && Asks(action, merge_->second))) return;
+  std::vector<Context> split;
+  for (const Context& context : contexts) {
+    const std::vector<bool> first = FindPossible(merge_->first, *mutexes_, context.literals);
+    const std::vector<bool> second = FindPossible(merge_->second, *mutexes_, context.literals);
+    for (size_t from = 0; from < merge_->values(); ++from) {
+      const size_t a = merge_->First(from), b = merge_->Second(from);
+      if (!first[a] || !second[b] || IsImpossible(from)) continue;
+      const auto a_after = ValueAfter(merge_->first, action, a),
+                 b_after = ValueAfter(merge_->second, action, b);
+      if (!a_after || !b_after) continue;
+      const size_t to = merge_->Pair(*a_after, *b_after);
+      if (IsImpossible(to)) continue;
+      Context& own = split.emplace_back(context);
+      own.payer = {index, static_cast<int>(from), static_cast<int>(to)};
+      DropFacts(merge_->first, own.needed);
+      DropFacts(merge_->second, own.needed);
+      own.needed.push_back(merged_facts_[from]);
+      if (from != to) own.made.push_back(merged_facts_[to]);
+      AppendLiterals(merge_->first, a, own.literals);
+      AppendLiterals(merge_->second, b, own.literals);
     }
   }
-  for (size_t i = 0; i < first.size(); ++i) {
-    const auto first_after = ValueAfter(merge_->first, action, i);
-    for (size_t k = 0; k < count; ++k) {
-      const size_t from = i * count + k;
-      if (!first[i] || !second[k] || !first_after || possible_[from] == 0) continue;
-      const auto second_after = ValueAfter(merge_->second, action, k);
-      if (!second_after) continue;
-      const size_t to = *first_after * count + *second_after;
-      if (possible_[to] == 0) continue;
-      std::vector<int> preconditions = others;
-      preconditions.push_back(merged_facts_[from]);
-      AddAction(index, preconditions, {index, static_cast<int>(from), static_cast<int>(to)});
+  contexts = std::move(split);
+}
+
+/// The same for each state of the part and each value of what it tracks, if the action changes that.
+void Relaxation::SplitByTracking(size_t index, std::vector<Context>& contexts) const {
+  const Tracking& tracking = trackings_[index];
+  const std::vector<int>& facts = tracked_facts_[index];
+  std::vector<Context> split;
+  for (Context& context : contexts) {
+    const symbolic::GroundAction& action =
+        product_.task().actions()[static_cast<size_t>(context.payer.action)];
+    const auto implied = tracking.ImpliedBy(context.payer.from),
+               implied_after = tracking.ImpliedBy(context.payer.to);
+    if (!Changes(action, tracking.variable()) && implied == implied_after) {
+      split.push_back(std::move(context));
+      continue;
+    }
+    const std::vector<bool> possible = FindPossible(tracking.variable(), *mutexes_, context.literals);
+    for (size_t value = 0; value < tracking.values(); ++value) {
+      const size_t base = tracking.Base(value);
+      if (!possible[base]) continue;
+      // Where the pair is known, it says which value this is.
+      if (context.payer.from >= 0 && (implied ? value != *implied : tracking.IsImplied(value))) continue;
+      const auto base_after = ValueAfter(tracking.variable(), action, base);
+      if (!base_after) continue;
+      size_t after = *base_after;
+      if (implied_after) {
+        if (tracking.Base(*implied_after) != after) continue;
+        after = *implied_after;
+      } else if (context.payer.from < 0 && tracking.IsImplied(value)) {
+        // The pair stays, so what it implies does.
+        if (after != base) continue;
+        after = value;
+      }
+      for (size_t state = 0; state < tracking.entries() / tracking.values(); ++state) {
+        const size_t from = tracking.Entry(state, value);
+        const auto to = tracking.After(state, after);
+        if (!tracking.IsPossible(from) || !to) continue;
+        Context& own = split.emplace_back(context);
+        DropFacts(tracking.variable(), own.needed);
+        own.needed.push_back(facts[from]);
+        if (*to != from) own.made.push_back(facts[*to]);
+        AppendLiterals(tracking.variable(), base, own.literals);
+      }
     }
   }
+  contexts = std::move(split);
 }
 
 void Relaxation::AddAxioms() {
@@ -292,6 +285,13 @@ void Relaxation::AddAutomaton() {
     part_facts_.emplace_back();
     const ltl::Automaton* automaton = whole.PartAutomaton(part);
     if (automaton == nullptr) continue;
+    const auto tracking = std::find_if(trackings_.begin(), trackings_.end(),
+                                       [&](const Tracking& one) { return one.part() == part; });
+    if (tracking != trackings_.end()) {
+      all_accept.push_back(
+          AddTracked(*tracking, tracked_facts_[static_cast<size_t>(tracking - trackings_.begin())]));
+      continue;
+    }
     std::vector<int>& states = part_facts_.back();
     const int accepts = AddFact();
     all_accept.push_back(accepts);
@@ -334,6 +334,20 @@ void Relaxation::AddAutomaton() {
   AddOperator(kFree, std::move(all_accept), {goal_});
 }
 
+/// What becomes of a part while other actions are taken, and where it accepts.
+int Relaxation::AddTracked(const Tracking& tracking, const std::vector<int>& facts) {
+  const ltl::Automaton& automaton = *product_.automaton()->PartAutomaton(tracking.part());
+  const int accepts = AddFact();
+  for (size_t entry = 0; entry < tracking.entries(); ++entry) {
+    if (!tracking.IsPossible(entry)) continue;
+    if (automaton.IsAccepting(static_cast<int>(tracking.State(entry))))
+      AddOperator(kFree, {facts[entry]}, {accepts});
+    const auto after = tracking.After(tracking.State(entry), tracking.Value(entry));
+    if (after && *after != entry) AddOperator(kFree, {facts[entry]}, {facts[*after]});
+  }
+  return accepts;
+}
+
 void Relaxation::KeepRelevant() {
   std::vector<std::vector<int>> adders(static_cast<size_t>(facts_));
   for (size_t i = 0; i < operators_.size(); ++i) {
@@ -373,6 +387,7 @@ void Relaxation::KeepRelevant() {
   renumber(positive_);
   renumber(negative_);
   renumber(merged_facts_);
+  for (std::vector<int>& own : tracked_facts_) renumber(own);
   for (std::vector<int>& states : part_facts_) renumber(states);
   goal_ = renumbered[static_cast<size_t>(goal_)];
 }
@@ -386,6 +401,10 @@ void Relaxation::FindFacts(symbolic::StateView state, std::vector<int>& facts) c
   }
   if (merge_) {
     const int fact = merged_facts_[merge_->Find(state)];
+    if (fact >= 0) facts.push_back(fact);
+  }
+  for (size_t i = 0; i < trackings_.size(); ++i) {
+    const int fact = tracked_facts_[i][trackings_[i].Find(product_, merge(), state)];
     if (fact >= 0) facts.push_back(fact);
   }
   for (size_t part = 0; part < part_facts_.size(); ++part) {
