@@ -20,7 +20,7 @@ using nlp::Unit;
 // Goals and fields have at most so many rows each.
 constexpr int kMaxFunctionRows = 12;
 // What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
-constexpr double kRounding = 1e-4;
+constexpr double kRounding = 5e-4;
 // Derivatives below this are rounding, m/rad.
 constexpr double kDust = 1e-12;
 // A row that gives way by less holds, m/s or rad/s.
