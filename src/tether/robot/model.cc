@@ -176,7 +176,7 @@ void ReadSolid(const Value& value, bool hinged, HandSolid& solid, Diagnostics& d
   reader.Finish();
 }
 
-// "planned_range: {joint4: [-3.0, -0.7]}", within the limits, which `lower` and `upper` are before, and about
+// "planned_range: {joint4: [-3.0, -0.9]}", within the limits, which `lower` and `upper` are before, and about
 // home.
 void ReadPlannedRange(const Value& value, const std::vector<std::string>& joints, const Eigen::VectorXd& home,
                       Eigen::VectorXd& lower, Eigen::VectorXd& upper, Diagnostics& diagnostics) {

@@ -249,7 +249,7 @@ TEST_F(OwnRobotTest, MistakesAreExplained) {
   EXPECT_THAT(Replaced(&yaml_, "home: [0, -0.5236,", "home: [0, -2.5,"), HasSubstr("'joint2' at -2.5"));
   EXPECT_THAT(
       Replaced(&yaml_, "{joint4: [-3.0718,", "{joint4: [-2.5,"),
-      HasSubstr("planned_range of 'joint4' is -2.5 to -0.7 (a range about home (-2.618) within the limits"));
+      HasSubstr("planned_range of 'joint4' is -2.5 to -0.9 (a range about home (-2.618) within the limits"));
   EXPECT_THAT(Replaced(&yaml_, "{joint4: [-3.0718,", "{joint44: [-3.0718,"),
               HasSubstr("did you mean 'joint4'?"));
   EXPECT_THAT(Replaced(&yaml_, "min: 0", "min: 1"), HasSubstr("0 ≤ min < max"));
