@@ -194,8 +194,9 @@ bool Estimate::Strengthen(std::span<const symbolic::State> samples,
   sum = Climb(cut, samples, sum, max_evaluations, done);
   if (sum - before < std::max<int64_t>(before / kLeastGain, 1)) {
     // Backwards: then no cost becomes negative on the way.
-    for (auto it = done.rbegin(); it != done.rend(); ++it)
-      cut.potentials->Shift(cut.potentials->directions()[it->direction], -it->change);
+    std::reverse(done.begin(), done.end());
+    for (const Shift& shift : done)
+      cut.potentials->Shift(cut.potentials->directions()[shift.direction], -shift.change);
     cut.heuristic.SetCosts(cut.potentials->costs());
     return false;
   }
