@@ -113,8 +113,9 @@ class MutexFinder {
         if (!mutexes_.AreMutex(a, b)) pairs.emplace_back(a, b);
       }
     }
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      const auto [a, b] = pairs[i];
+    while (!pairs.empty()) {
+      const auto [a, b] = pairs.back();
+      pairs.pop_back();
       if (permutations_.size() > left_) return false;
       left_ -= permutations_.size();
       for (const AtomPermutation& permutation : permutations_) {
