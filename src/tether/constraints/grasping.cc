@@ -27,6 +27,8 @@ using nlp::Role;
 constexpr double kOpeningSlack = 0.005;
 // Room between the palm and the top of what is grasped, m.
 constexpr double kPalmClearance = 0.005;
+// Between the open hand and what else the grasped object is made of, m.
+constexpr double kOtherPartClearance = 0.002;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
 // In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are
@@ -163,6 +165,19 @@ void GuessGraspable(const Context& context, const Parameters& parameters, Pose& 
   if (const auto grasp = ChosenGrasp(context, object)) X_TC.R = GraspRotation(context, object, *grasp);
 }
 
+/// The open hand keeps clear of what else the object is made of.
+void AddOtherParts(const Context& context, const geometry::Shape& shape, int grasped,
+                   const std::string& label, const std::vector<FrameAt>& frames, RowSink& sink) {
+  const geometry::Shape* hand = context.ShapeOf(kHand);
+  if (hand == nullptr) return;
+  for (size_t j = 0; j < shape.parts.size(); ++j) {
+    if (static_cast<int>(j) == grasped) continue;
+    for (const Part& part : hand->parts)
+      sink.Add(Role::kInequality, label + ": hand clear of its other parts",
+               MakePartDistance(shape.parts[j], part, kOtherPartClearance, -1), frames);
+  }
+}
+
 void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
   const std::string& object = parameters.Text("object");
   const geometry::Shape* shape = context.ShapeOf(object);
@@ -202,6 +217,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
       rows.push_back({Vector3d::Zero(), bound.normal, bound.offset});
     AddHalfSpaces(Role::kInequality, label + ": fingers on its sides", rows, frames, sink);
   }
+  AddOtherParts(context, *shape, grasp->part, label, frames, sink);
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   sink.Add(
@@ -249,6 +265,15 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
       const double angle = hit ? std::acos(std::clamp(hit->n_W.dot(outward), -1.0, 1.0)) : std::numbers::pi;
       findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel);
     }
+  }
+  if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
+    double inside = 0;
+    for (size_t j = 0; j < shape->parts.size(); ++j) {
+      if (static_cast<int>(j) == index) continue;
+      const geometry::Shape other({shape->parts[j]});
+      inside = std::max(inside, -geometry::SignedDistance(*hand, X_OH, other, Pose()).distance);
+    }
+    findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside);
   }
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "tether/common/error.h"
 #include "tether/geometry/distance.h"
@@ -19,7 +20,9 @@ using nlp::Unit;
 // Goals and fields have at most so many rows each.
 constexpr int kMaxFunctionRows = 12;
 // What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
-constexpr double kRounding = 1e-4;
+constexpr double kRounding = 5e-4;
+// Derivatives below this are rounding, m/rad.
+constexpr double kDust = 1e-12;
 // A row that gives way by less holds, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
@@ -92,9 +95,13 @@ struct ConstrainedVelocity::Impl {
   double Side(const Row& row) const {
     return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
   }
+  /// Takes rounding for nothing: what the arm can't change must not look as if it could.
+  void ClearDust();
   Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
     return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
   }
+  /// What is violated, beyond its buffer: nothing moves fast until it is left.
+  void FindViolation();
   void Solve();
   /// Where no velocity keeps all rows and bounds.
   void SolveConflict();
@@ -127,6 +134,7 @@ struct ConstrainedVelocity::Impl {
   Eigen::VectorXd goal_r{kMaxFunctionRows};
   Eigen::VectorXd goal_row;
   double error_m = 0, error_rad = 0;
+  double most_speed = 0;  ///< That a goal may ask for, m/s or rad/s.
   VelocityFlags flags;
 };
 
@@ -330,7 +338,8 @@ void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
     const double norm = goal_r.head(size).norm();
     double& error = metres ? error_m : error_rad;
     error = std::max(error, norm);
-    const double wanted = options.gain * norm, limit = metres ? goal.speed : goal.turn_speed;
+    const double wanted = options.gain * norm,
+                 limit = std::min(most_speed, metres ? goal.speed : goal.turn_speed);
     const double share = options.gain * (wanted > limit ? limit / wanted : 1.0);
     const double weight = metres ? 1.0 : options.rotation_weight;
     for (int r = 0; r < size; ++r) {
@@ -346,7 +355,8 @@ void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
 void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
   const double furthest = (kinematics.q() - goal.posture).cwiseAbs().maxCoeff();
   const double wanted = options.gain * furthest;
-  const double share = options.gain * (wanted > goal.turn_speed ? goal.turn_speed / wanted : 1.0);
+  const double limit = std::min(most_speed, goal.turn_speed);
+  const double share = options.gain * (wanted > limit ? limit / wanted : 1.0);
   const double weight = 2 * options.rotation_weight * options.rotation_weight;
   for (int i = 0; i < n; ++i) {
     H(i, i) += weight;
@@ -379,6 +389,26 @@ void ConstrainedVelocity::Impl::Fault() {
   qdot.setZero();
 }
 
+void ConstrainedVelocity::Impl::ClearDust() {
+  const size_t size = static_cast<size_t>(num_rows) * static_cast<size_t>(n);
+  for (size_t i = 0; i < size; ++i) {
+    if (std::abs(jacobians[i]) < kDust) jacobians[i] = 0;
+  }
+}
+
+void ConstrainedVelocity::Impl::FindViolation() {
+  most_speed = std::numeric_limits<double>::infinity();
+  for (int r = 0; r < num_rows; ++r) {
+    const Row& row = rows[static_cast<size_t>(r)];
+    if (row.value >= -row.buffer - kRounding) continue;
+    if (row.priority == 0) most_speed = options.escape_speed;
+    if (flags.worst >= 0 && -row.value <= flags.violation) continue;
+    flags.escaping = true;
+    flags.worst = row.constraint;
+    flags.violation = -row.value;
+  }
+}
+
 void ConstrainedVelocity::Impl::Solve() {
   problem->Resize(n, 0, num_rows);
   problem->H() = H;
@@ -391,11 +421,6 @@ void ConstrainedVelocity::Impl::Solve() {
     const Row& row = rows[static_cast<size_t>(r)];
     A.row(r) = Jacobian(r);
     A_lower[r] = Side(row);
-    if (row.value < -row.buffer - kRounding && (flags.worst < 0 || -row.value > flags.violation)) {
-      flags.escaping = true;
-      flags.worst = row.constraint;
-      flags.violation = -row.value;
-    }
   }
   const qp::Status status = solver->Solve(*problem);
   if (status == qp::Status::kInfeasible) return SolveConflict();
@@ -489,12 +514,14 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   }
   s.H = 2 * s.options.damping * Eigen::MatrixXd::Identity(s.n, s.n);
   s.g.setZero();
-  if (goal != nullptr) s.AddGoal(*goal);
-  if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);
   s.AddPairRows();
   for (size_t i = 0; i < s.fields.size(); ++i) {
     s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
   }
+  s.ClearDust();
+  s.FindViolation();
+  if (goal != nullptr) s.AddGoal(*goal);
+  if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);
   s.SetBounds();
   s.Solve();
   return s.qdot;

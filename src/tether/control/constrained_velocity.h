@@ -30,7 +30,8 @@ struct VelocityOptions {
   double period = 0.005;  ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
-  double escape_speed = 0.05;    ///< Greatest speed at which a violated row is left, m/s or rad/s.
+  double escape_speed = 0.05;    ///< At which a violated row is left, m/s or rad/s; goals are followed no
+                                 ///< faster meanwhile.
   /// Throws InputError naming every field that is not finite or out of bounds.
   void Validate() const;
 };

@@ -19,6 +19,8 @@ constexpr double kFar = 0.3;
 // A hand this many leashes behind is no longer pulled to its reference; the reference starts over from the
 // hand.
 constexpr double kLostHand = 3;
+// On its way round things the wrist stays this far within the arm's reach, m.
+constexpr double kWithinReach = 0.04;
 
 }  // namespace
 
@@ -109,7 +111,13 @@ void Executive::Impl::MoveReference() {
     const double ceiling = X_WB_.p.z() + model_->reach().centre.z() + 0.5 * model_->reach().max;
     const Passage passage =
         CheckPassage(body_bounds_, X_WRef.p, X_WG.p, obstacle_bounds_, options_.transit, ceiling);
-    X_TWaypoint = math::Between(X_WT, TransitWaypoint(passage, X_WRef, X_WG));
+    if (passage.blocked) {
+      const robot::Reach& reach = model_->reach();
+      const Eigen::Vector3d p_WCentre = X_WB_ * reach.centre;
+      const double radius = std::max(reach.max - kWithinReach, (X_WG * reach.wrist_hand - p_WCentre).norm());
+      X_TWaypoint = math::Between(
+          X_WT, DrawWithin(TransitWaypoint(passage, X_WRef, X_WG), reach.wrist_hand, p_WCentre, radius));
+    }
   }
   if (now_.funnel_length > 0) {
     const math::Pose X_TH = math::Between(X_WF(frame_), X_WH_);

@@ -109,6 +109,14 @@ math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const
   return {X_WG.R, Eigen::Vector3d(X_WG.p.x(), X_WG.p.y(), height)};
 }
 
+math::Pose DrawWithin(const math::Pose& X_WH, const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& p_WCentre,
+                      double radius) {
+  const Eigen::Vector3d from_centre = X_WH * p_HQ - p_WCentre;
+  const double beyond = from_centre.norm() - radius;
+  if (beyond <= 0) return X_WH;
+  return {X_WH.R, X_WH.p - beyond * from_centre.normalized()};
+}
+
 math::Pose FunnelWaypoint(const math::Pose& X_TG, const Eigen::Vector3d& direction, double length,
                           const math::Pose& X_TR, const math::Pose& X_TH) {
   const Eigen::Vector3d offset = X_TH.p - X_TG.p;

@@ -44,6 +44,11 @@ Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_f
 /// passed above: straight up to the safe height, across, and straight down onto the goal.
 math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const math::Pose& X_WG);
 
+/// The same pose, displaced so that a point of the hand, given in its frame, is no further than `radius` (m)
+/// from `p_WCentre`: a hand that has to rise at the edge of the arm's reach comes nearer as it rises.
+math::Pose DrawWithin(const math::Pose& X_WH, const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& p_WCentre,
+                      double radius);
+
 /// Where the last stretch to a goal should head now. It leads along the unit direction `direction`, from
 /// `length` m before the goal. The further the hand is beside that line (m, and 0.1 m per rad), the further
 /// back it must be: a hand that is too low steps back first, then aligns, then advances, instead of sweeping

@@ -218,7 +218,9 @@ void VelocityExecutive::Impl::WatchHeld() {
 void VelocityExecutive::Impl::WatchSafety() {
   const control::VelocityFlags& flags = controller.flags();
   if (flags.fault && !faulty)
-    Record(EventKind::kSafety, "a joint's position is not a finite number: the arm stops");
+    Record(EventKind::kSafety, q.allFinite()
+                                   ? "no velocities were found that keep the constraints: the arm stops"
+                                   : "a joint's position is not a finite number: the arm stops");
   faulty = flags.fault;
   if (flags.worst < 0) return;
   const std::string& name = controller.constraint_name(flags.worst);

@@ -62,6 +62,8 @@ struct VelocityExecutive::Impl {
   std::optional<math::Pose> KeyPose();
   math::Pose Offset(const Eigen::Vector3d& offset, planning::In in, const math::Pose& X_TF,
                     const math::Pose& X_WT) const;
+  /// How far the hand can open here without coming nearer to anything than it may, m.
+  double FreeOpening();
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
   bool TryDetour(std::string& why);
@@ -102,7 +104,8 @@ struct VelocityExecutive::Impl {
   bool entered = false;
   double verb_start = 0;
   std::optional<control::Goal> goal;
-  std::optional<math::Pose> grasp;  ///< Chosen for this step, where the plan has no key pose.
+  std::optional<math::Pose> grasp;  ///< Chosen for this step, where the plan has no key pose …
+  double grasp_width = 0;           ///< … with this between the fingers, m.
   double speed = 0, tolerance_m = 0, tolerance_rad = 0;
   double best_error = 0, progress_time = 0;
   double last_opening = 0, quiet_since = 0;

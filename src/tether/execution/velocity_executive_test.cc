@@ -290,6 +290,83 @@ TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
                                HasSubstr("no detour: "), HasSubstr("no other actions lead to the goal")));
 }
 
+TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
+  // A plank beside the region on the right, where an open finger would be.
+  for (const bool plank_there : {false, true}) {
+    Fake fake;
+    if (plank_there) {
+      for (const double side : {-1.0, 1.0}) {
+        scene::Object plank;
+        plank.name = side < 0 ? "plank_1" : "plank_2";
+        plank.shape = geometry::Primitive(geometry::Box{{0.3, 0.02, 0.1}});
+        plank.X_ParentObject = Pose(Vector3d(0.3, -0.35 + side * 0.105, 0.05));
+        fake.scene.objects.push_back(plank);
+        fake.options.constraints[0].to.push_back(plank.name);
+      }
+    }
+    fake.Start(kCarry);
+    double nearest = 1, widest = 0;
+    fake.Run(200, [&] {
+      const control::ConstrainedVelocity& controller = fake.executive->controller();
+      for (int i = 0; i < controller.num_rows(); ++i) {
+        if (controller.row(i).a >= 0) nearest = std::min(nearest, controller.row(i).value);
+      }
+      if (fake.executive->step() == 5 && fake.truth.X_WO["block"].p.z() < 0.06 &&
+          fake.kinematics.X_BH().p.z() < 0.08)
+        widest = std::max(widest, fake.observations["jaco"].gripper_opening);
+    });
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_GT(nearest, -fake.options.controller.buffer - 1e-3) << plank_there;
+    if (plank_there)
+      EXPECT_LT(widest, 0.15) << fake.Story();
+    else
+      EXPECT_GT(widest, 0.17) << fake.Story();
+  }
+}
+
+TEST(VelocityExecutiveTest, WhatStandsBesideAnObjectIsNoHindranceForANarrowerHand) {
+  Fake fake;
+  // The fingers close along y: open, they do not fit beside these.
+  for (const double side : {-1.0, 1.0}) {
+    scene::Object post;
+    post.name = side < 0 ? "post_1" : "post_2";
+    post.shape = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.12}});
+    post.X_ParentObject = Pose(Vector3d(0.355, 0.29 + side * 0.12, 0.06));
+    fake.scene.objects.push_back(post);
+    fake.options.constraints[0].to.push_back(post.name);
+  }
+  fake.Start({"move(left)", "grasp(block,left)", "hold(block,hub)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "hand near post")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kRetry)) << fake.Story();
+}
+
+TEST(VelocityExecutiveTest, WhatStartsInAForbiddenZoneIsLeftAndSaid) {
+  Fake fake;
+  control::ConstraintSpec outside;
+  outside.kind = "outside";
+  outside.frame = "hand";
+  outside.cylinder = 0.36;  // the hand starts 0.31 m from the base's axis
+  outside.around = "jaco/base";
+  fake.options.constraints.push_back(outside);
+  fake.Start({"move(square)"});
+  Vector3d before = Vector3d::Zero();
+  double fastest = 0;
+  fake.Run(60, [&] {
+    fake.kinematics.Set(fake.observations["jaco"].q);
+    const Vector3d p = fake.kinematics.X_BH().p;
+    const double radius = p.head<2>().norm();
+    if (before.norm() > 0 && radius < 0.36)
+      fastest = std::max(fastest, (radius - before.head<2>().norm()) / fake.options.period);
+    before = p;
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kSafety, "the arm leaves it at no more than 0.05 per second"))
+      << fake.Story();
+  EXPECT_GT(before.head<2>().norm(), 0.36);
+}
+
 TEST(VelocityExecutiveTest, WhatCantBeDoneIsSaidBefore) {
   const auto error_of = [](const std::vector<std::string>& actions,
                            const std::function<void(Fake&)>& change = {}) {

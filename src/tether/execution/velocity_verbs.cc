@@ -21,6 +21,11 @@ using math::Pose;
 constexpr double kShiftTolerance = 0.006, kShiftTurnTolerance = 0.1;
 // The gripper has settled when its opening changes by less than this for so long.
 constexpr double kSettledOpening = 5e-4, kSettledTime = 0.3, kGripperTimeout = 2.5;
+// Where there is no room to open the hand all the way, it opens at least so far, and is tried in such steps,
+// m.
+constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
+// Wider than what is to be grasped, when that is tried again, m.
+constexpr double kNarrowOpening = 0.05;
 // What is grasped is no further than this from the grasp point, m.
 constexpr double kInHand = 0.02;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
@@ -107,13 +112,17 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   }
   if (grasp) return grasp;
   std::string reason;
+  Eigen::Matrix3d R_WH = X_WH.R;
+  // The other way round, after two tries: fingers need not be alike on both sides.
+  if (records[static_cast<size_t>(at)].attempts > 2) R_WH.leftCols<2>() *= -1;
   const auto found = FindTopGrasp(*model, scene.objects[static_cast<size_t>(target)].shape,
-                                  objects[static_cast<size_t>(target)].X, X_WH.R, &reason);
+                                  objects[static_cast<size_t>(target)].X, R_WH, &reason);
   if (!found) {
     GiveUpAction("'" + step.schema.target + "' can't be grasped from above: " + reason);
     return std::nullopt;
   }
   grasp = plan.steps[static_cast<size_t>(at)].X_TC = found->X_OH;
+  grasp_width = found->width;
   return grasp;
 }
 
@@ -225,6 +234,11 @@ bool VelocityExecutive::Impl::EnterFrameReach(const planning::ReachVerb& reach) 
   verb_fields.clear();
   const auto X_TC = KeyPose();
   if (!X_TC) return false;
+  const bool again = records[static_cast<size_t>(at)].attempts > 1;
+  if (again && grasp && held < 0 && gripper.mode == robot::GripperCommand::Mode::kOpening) {
+    // What is beside the object may have been in the way of an open hand.
+    gripper.opening = std::min(model->gripper().max_opening, grasp_width + kNarrowOpening);
+  }
   const control::Frame target = control_scene.Target(schema().target);
   goal = control::Goal{};
   goal->target = target;
@@ -299,6 +313,30 @@ Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
   return WatchProgress(controller.error_m());
 }
 
+double VelocityExecutive::Impl::FreeOpening() {
+  control::ConstrainedVelocity probe = MakeController();
+  probe.Allow(allowed_bodies);
+  if (held >= 0) probe.Hold(held);
+  const auto least_room = [&](double wide) {
+    probe.Compute({q, wide, objects}, nullptr);
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < probe.num_rows(); ++i) {
+      const control::ConstrainedVelocity::Row& row = probe.row(i);
+      if (row.a < 0 || row.priority > 0) continue;
+      const bool hand = probe.bodies().link(row.a) == model->dof() && !probe.bodies().is_object(row.a);
+      if (hand) least = std::min(least, row.value);
+    }
+    return least;
+  };
+  const double now = std::min(0.0, least_room(opening));
+  const double widest = model->gripper().max_opening;
+  double wide = opening;
+  // All the way: fingers on hinges may come nearest in between.
+  while (wide < widest && least_room(std::min(wide + kOpeningStep, widest)) >= now - kNoRoom)
+    wide += kOpeningStep;
+  return std::min(held >= 0 ? std::max(wide, opening + kLeastOpening) : wide, widest);
+}
+
 Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   const robot::Gripper& limits = model->gripper();
   const bool open = grip.close_on.empty();
@@ -307,7 +345,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     last_opening = opening;
     quiet_since = time;
     gripper.mode = open ? robot::GripperCommand::Mode::kOpening : robot::GripperCommand::Mode::kForce;
-    gripper.opening = limits.max_opening;
+    gripper.opening = open ? FreeOpening() : limits.max_opening;
     gripper.force = std::min(grip.force, limits.max_force);
     if (open && held >= 0) {
       Record(EventKind::kReleased, "'" + held_name + "'");
@@ -321,7 +359,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   const double elapsed = time - verb_start;
   const bool settled = time - quiet_since > kSettledTime && elapsed > 2 * kSettledTime;
   if (open) {
-    const bool wide = opening > 0.97 * limits.max_opening;
+    const bool wide = opening > 0.97 * gripper.opening;
     return wide || settled || elapsed > kGripperTimeout ? Outcome::kDone : Outcome::kRunning;
   }
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;

@@ -135,9 +135,9 @@ int BenchControl(const BenchArguments& arguments) {
   terminal.Print("largest relative KKT residual " + std::string(kkt) + ", unsolved " +
                  std::to_string(bench.unsolved));
   const int ticks = arguments.ticks.value_or(20000);
-  terminal.Print("\n" +
-                 terminal.Bold(Column("one tick", 24) + Column("median (µs)", 14) + Column("p99 (µs)", 12) +
-                               Column("max (µs)", 12) + Column("> 1 ms", 10) + "rows, mean"));
+  terminal.Print("\n" + terminal.Bold(Column("one tick", 24) + Column("median (µs)", 14) +
+                                      Column("p99 (µs)", 12) + Column("max (µs)", 12) + Column("> 1 ms", 10) +
+                                      Column("max, CPU", 12) + Column("> 1 ms, CPU", 14) + "rows, mean"));
   Value tick_s = Value::Object(), rectangle_s = Value::Object();
   int faults = 0;
   for (const char* robot : {"j2n6s300", "panda"}) {
@@ -148,7 +148,8 @@ int BenchControl(const BenchArguments& arguments) {
       terminal.Print(Column(std::string(robot) + (disc ? ", disc" : ", rectangle"), 24) +
                      Column(Fixed(1e6 * tick.median, 2), 13) + Column(Fixed(1e6 * tick.p99, 2), 12) +
                      Column(Fixed(1e6 * tick.max, 1), 12) + Column(Fixed(100 * tick.over_1ms, 4) + " %", 10) +
-                     Fixed(tick.mean_rows, 1));
+                     Column(Fixed(1e6 * tick.cpu_max, 1), 12) +
+                     Column(Fixed(100 * tick.cpu_over_1ms, 4) + " %", 14) + Fixed(tick.mean_rows, 1));
       (disc ? tick_s : rectangle_s).Set(robot, WriteTickBench(tick));
     }
   }

@@ -8,6 +8,7 @@
 #include "tether/constraints/field_function.h"
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/objective.h"
+#include "tether/experiment/process_time.h"
 
 namespace tether::experiment {
 namespace {
@@ -20,6 +21,7 @@ constexpr double kPeriod = 0.005;
 // A new goal after so many ticks.
 constexpr int kTicksPerGoal = 400;
 constexpr double kSafe = 0.01;
+constexpr double kLimit = 1e-3;  // s
 
 /// The scene of a tick.
 struct TickScene {
@@ -80,6 +82,7 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
   std::vector<double> times;
   times.reserve(static_cast<size_t>(ticks));
   double rows = 0;
+  int cpu_slow = 0;
   for (int tick = 0; tick < ticks; ++tick) {
     kinematics.Set(q);
     scene.poses[static_cast<size_t>(scene.held)].X = kinematics.X_BH() * X_HO;
@@ -111,9 +114,13 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
     const double phase = 0.3 * kPeriod * tick;
     moving.X.p = Vector3d(0.23 + 0.1 * std::sin(phase), 0.44, 0.06);
     moving.V.head<3>() = Vector3d(0.03 * std::cos(phase), 0, 0);
+    const Stopwatch own;
     const Clock::time_point before = Clock::now();
     const Eigen::VectorXd& v = controller.Compute({q, 0.03, scene.poses}, &goal);
     times.push_back(std::chrono::duration<double>(Clock::now() - before).count());
+    const double cpu_s = own.cpu_s();
+    bench.cpu_max = std::max(bench.cpu_max, cpu_s);
+    cpu_slow += cpu_s > kLimit ? 1 : 0;
     q += kPeriod * v;
     rows += controller.num_rows();
     bench.max_rows = std::max(bench.max_rows, controller.num_rows());
@@ -125,8 +132,9 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
     }
   }
   bench.mean_rows = rows / std::max(1, ticks);
-  const auto slow = std::count_if(times.begin(), times.end(), [](double t) { return t > 1e-3; });
+  const auto slow = std::count_if(times.begin(), times.end(), [](double t) { return t > kLimit; });
   bench.over_1ms = static_cast<double>(slow) / std::max(1, ticks);
+  bench.cpu_over_1ms = static_cast<double>(cpu_slow) / std::max(1, ticks);
   std::sort(times.begin(), times.end());
   bench.median = Quantile(times, 0.5);
   bench.p99 = Quantile(times, 0.99);
@@ -142,6 +150,8 @@ Value WriteTickBench(const TickBench& bench) {
       .Set("p9999", bench.p9999)
       .Set("max", bench.max)
       .Set("over_1ms", bench.over_1ms)
+      .Set("cpu_over_1ms", bench.cpu_over_1ms)
+      .Set("cpu_max", bench.cpu_max)
       .Set("ticks", bench.ticks)
       .Set("mean_rows", bench.mean_rows)
       .Set("max_rows", bench.max_rows)

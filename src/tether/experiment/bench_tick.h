@@ -13,7 +13,9 @@ struct TickBench {
   std::string robot;
   int ticks = 0;
   double median = 0, p99 = 0, p9999 = 0, max = 0;  ///< s per tick
-  double over_1ms = 0;                             ///< Share of ticks above 1 ms.
+  double over_1ms = 0;      ///< Share of ticks above 1 ms, on the clock: also where others had the processor.
+  double cpu_over_1ms = 0;  ///< The same by the thread's own time …
+  double cpu_max = 0;       ///< … and its longest tick, s.
   double mean_rows = 0;
   int max_rows = 0;
   int relaxed = 0;         ///< Ticks in which rows conflicted.

@@ -151,6 +151,17 @@ TEST_F(RegionDomainTest, WhatGeometryRefutesIsPlannedAround) {
   report = Plan(Load(far + "task: {goal: 'F in(cup,c)'}\n"));
   EXPECT_EQ(report.status, planning::PlanStatus::kImpossible);
   EXPECT_THAT(report.message, HasSubstr("'c' is out of reach of 'panda' by"));
+  // Less far, that is no proof; where another region will do, it is planned with that.
+  const std::string hardly = Replaced(kScene, "position: [0.5, 0.2, 0]", "position: [0.5, 0.8, 0]");
+  report = Plan(Load(hardly + "task: {goal: 'F in(cup,c)'}\n"));
+  EXPECT_EQ(report.status, planning::PlanStatus::kGaveUp);
+  EXPECT_THAT(report.message, HasSubstr("with the hand straight down"));
+  const std::string roomy =
+      Replaced(Replaced(hardly, "b: {disc: 0.08, capacity: 1", "b: {disc: 0.08, capacity: 2"),
+               "sides: [a, c]", "sides: [c, b]");
+  report = Plan(Load(roomy + "task: {goal: 'F in(cup,sides)'}\n"));
+  ASSERT_EQ(report.status, planning::PlanStatus::kSolved);
+  EXPECT_EQ(report.best()->plan.actions.back(), "place(cup,b)");
 }
 
 TEST_F(RegionDomainTest, PddlGoalsWorkToo) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <utility>
+#include <variant>
 
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polygon.h"
@@ -68,6 +69,22 @@ std::string WhyNot(const Problem& problem, const StepSchema& step) {
   return "'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing);
 }
 
+/// Why the arm will hardly do: it is too short for a hand that points straight down where the region is.
+std::string WhyHardly(const Problem& problem, const StepSchema& step) {
+  if (problem.robot.model == nullptr) return "";
+  const scene::Region& region = *problem.scene.FindRegion(step.target);
+  const robot::Reach& reach = problem.robot.model->reach();
+  const bool solid = std::holds_alternative<geometry::Primitive>(region.form);
+  const double height = solid ? 0 : problem.robot.model->gripper().palm_depth;
+  const Vector3d p_WR = scene::RegionPose(problem.scene, {}, region).p;
+  const math::Pose X_WHand(math::RotationFromRpy({std::numbers::pi, 0, 0}),
+                           p_WR + height * Vector3d::UnitZ());
+  const double distance = (X_WHand * reach.wrist_hand - problem.robot.X_WBase * reach.centre).norm();
+  if (distance <= reach.max) return "";
+  return "'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " +
+         Millimetres(distance - reach.max) + " with the hand straight down";
+}
+
 const ActionSchema* FindSchema(const Problem& problem, const std::string& action) {
   const std::string name = ParseActionCall(action).name;
   const auto found = std::find_if(problem.actions.begin(), problem.actions.end(),
@@ -124,7 +141,11 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
           bare.target = step.schema.target;
           bare.target_is_region = step.schema.target_is_region;
           bare.execute = step.schema.execute;
-          if (step.schema.target_is_region && reason.empty()) reason = WhyNot(problem, step.schema);
+          if (!step.schema.target_is_region || !reason.empty()) continue;
+          reason = WhyNot(problem, step.schema);
+          if (!reason.empty()) continue;
+          reason = WhyHardly(problem, step.schema);
+          if (!reason.empty()) status = CandidateStatus::kGaveUp;
         }
       }
       if (!reason.empty() || status == CandidateStatus::kGaveUp) {

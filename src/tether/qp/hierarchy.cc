@@ -146,6 +146,8 @@ Status HierarchySolver::MinimizeLevel(int level) {
       const double side = row.weight * SideOf(row);
       gap += side;
       terms += std::abs(side);
+      // A side less its violation is rounded like the larger of both.
+      if (IsSoft(row)) terms += std::abs(row.weight) * violations_[static_cast<size_t>(row.index)];
       if (is_free(row)) free += std::abs(row.weight);
       if (IsSoft(row)) soft += std::abs(row.weight);
     }

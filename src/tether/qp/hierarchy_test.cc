@@ -122,6 +122,24 @@ TEST(HierarchyTest, TwoWallsTooCloseShareTheViolation) {
   EXPECT_GT(CheckFarkas(problem, hierarchy.solver().conflict()).gap, 0);
 }
 
+TEST(HierarchyTest, RowsThatHardlyDependOnAnythingGiveWay) {
+  // As of a link that turns about its own axis, with rounding for its derivative.
+  for (const double dust : {0.0, 5e-18, -3e-17, 1e-14}) {
+    Problem problem(3, 0, 3);
+    problem.H().setIdentity();
+    problem.A() << dust, 0, 0, 0, 1, 0, 0, 0, 1;
+    problem.lower() << 0.0094585570994127899, 0.3, 0.5;
+    problem.x_lower().setConstant(-0.6);
+    problem.x_upper().setConstant(0.4);
+    HierarchySolver hierarchy(3, 0, 3);
+    ASSERT_EQ(hierarchy.Solve(problem, std::vector<int>{1, 1, 2}), Status::kSolved) << dust;
+    EXPECT_NEAR(hierarchy.violations()[0], problem.lower()[0], 1e-13);
+    EXPECT_NEAR(hierarchy.violations()[2], 0.1, 1e-12);
+    EXPECT_NEAR(hierarchy.x()[1], 0.3, 1e-9);
+    EXPECT_LT(hierarchy.solves(), 40);
+  }
+}
+
 TEST(HierarchyTest, ViolationsAgreeWithBisection) {
   Random random(2);
   int relaxed = 0;

@@ -145,11 +145,19 @@ void ReadReach(const Value& value, Reach& reach, Diagnostics& diagnostics) {
 
 void ReadSolid(const Value& value, bool hinged, HandSolid& solid, Diagnostics& diagnostics) {
   ObjectReader reader(value, "solid", diagnostics);
-  if (const Value* palm = reader.Required("palm", "a map with radius, length and position")) {
+  if (const Value* palm = reader.Required("palm", "a map with box, or radius and length, and position")) {
     ObjectReader part(*palm, "palm", diagnostics);
-    solid.palm_radius = Positive(part, "radius");
-    solid.palm_length = Positive(part, "length");
-    solid.palm_position = RequiredVector(part, "position", 3);
+    if (part.Optional("box") != nullptr) {
+      const Eigen::Vector3d size = RequiredVector(part, "box", 3);
+      if (size.minCoeff() <= 0)
+        diagnostics.Add(palm->where(), "palm has a side that is not positive", "box: [x, y, z] in m");
+      solid.palm.primitive = geometry::Box{size};
+    } else {
+      const double radius = Positive(part, "radius"), length = Positive(part, "length");
+      solid.palm = {geometry::Capsule{radius, length},
+                    math::Pose(math::RotationFromRpy({M_PI / 2, 0, 0}), Eigen::Vector3d::Zero())};
+    }
+    solid.palm.X_SP.p = RequiredVector(part, "position", 3);
     part.Finish();
   }
   const char* finger_keys = "a map with radius, outward, from and to";
@@ -164,6 +172,31 @@ void ReadSolid(const Value& value, bool hinged, HandSolid& solid, Diagnostics& d
       diagnostics.Add(finger->where(), "finger has 'from' at or above 'to'",
                       "heights in the hand frame with from < to are accepted");
     }
+  }
+  reader.Finish();
+}
+
+// "planned_range: {joint4: [-3.0, -0.9]}", within the limits, which `lower` and `upper` are before, and about
+// home.
+void ReadPlannedRange(const Value& value, const std::vector<std::string>& joints, const Eigen::VectorXd& home,
+                      Eigen::VectorXd& lower, Eigen::VectorXd& upper, Diagnostics& diagnostics) {
+  ObjectReader reader(value, "planned_range", diagnostics);
+  for (size_t i = 0; i < joints.size(); ++i) {
+    const auto joint = static_cast<Eigen::Index>(i);
+    if (reader.Optional(joints[i]) == nullptr) continue;
+    const Eigen::VectorXd range = RequiredVector(reader, joints[i].c_str(), 2);
+    if (range.size() != 2) continue;
+    if (range[0] < lower[joint] || range[1] > upper[joint] || range[0] > home[joint] ||
+        range[1] < home[joint]) {
+      diagnostics.Add(value.Find(joints[i])->where(),
+                      "planned_range of '" + joints[i] + "' is " + WriteJson(range[0], 0) + " to " +
+                          WriteJson(range[1], 0),
+                      "a range about home (" + WriteJson(home[joint], 0) + ") within the limits " +
+                          WriteJson(lower[joint], 0) + " and " + WriteJson(upper[joint], 0) + " is accepted");
+      continue;
+    }
+    lower[joint] = range[0];
+    upper[joint] = range[1];
   }
   reader.Finish();
 }
@@ -229,6 +262,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   if (const Value* value = reader.Required("solid", "a map")) {
     ReadSolid(*value, impl->gripper.hinged(), impl->solid, diagnostics);
   }
+  const Value* planned_range = reader.Optional("planned_range");
   reader.Finish();
   CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
   CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
@@ -281,6 +315,11 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
           "its limits are " + WriteJson(impl->lower[i], 0) + " and " + WriteJson(impl->upper[i], 0));
     }
   }
+  impl->planned_lower = impl->lower;
+  impl->planned_upper = impl->upper;
+  if (planned_range != nullptr && joint_ids.size() == static_cast<size_t>(n))
+    ReadPlannedRange(*planned_range, impl->joints, impl->home, impl->planned_lower, impl->planned_upper,
+                     diagnostics);
   for (size_t i = 0; i < impl->finger_joints.size(); ++i) {
     const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
     const std::string& joint = impl->finger_joints[i];
@@ -328,6 +367,8 @@ int Model::dof() const { return static_cast<int>(impl_->joints.size()); }
 const std::vector<std::string>& Model::joint_names() const { return impl_->joints; }
 const Eigen::VectorXd& Model::lower() const { return impl_->lower; }
 const Eigen::VectorXd& Model::upper() const { return impl_->upper; }
+const Eigen::VectorXd& Model::planned_lower() const { return impl_->planned_lower; }
+const Eigen::VectorXd& Model::planned_upper() const { return impl_->planned_upper; }
 const Eigen::VectorXd& Model::max_velocity() const { return impl_->max_velocity; }
 const Eigen::VectorXd& Model::max_torque() const { return impl_->max_torque; }
 const Eigen::VectorXd& Model::home() const { return impl_->home; }
@@ -344,8 +385,7 @@ const std::vector<std::string>& Model::finger_joints() const { return impl_->fin
 geometry::Shape Model::HandShape(double opening) const {
   const HandSolid& solid = impl_->solid;
   std::vector<geometry::Part> parts;
-  const math::Pose X_HPalm(math::RotationFromRpy({M_PI / 2, 0, 0}), solid.palm_position);
-  parts.push_back({geometry::Capsule{solid.palm_radius, solid.palm_length}, X_HPalm});
+  parts.push_back(solid.palm);
   if (impl_->gripper.hinged()) {
     for (geometry::Part& part : ReadFingers(*this, impl_->mujoco.get(), impl_->site_id, opening)) {
       parts.push_back(std::move(part));

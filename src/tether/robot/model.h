@@ -70,8 +70,11 @@ class Model {
   const std::string& name() const;
   int dof() const;  ///< n, arm joints without the fingers.
   const std::vector<std::string>& joint_names() const;
-  const Eigen::VectorXd& lower() const;         ///< n, rad
-  const Eigen::VectorXd& upper() const;         ///< n, rad
+  const Eigen::VectorXd& lower() const;  ///< n, rad
+  const Eigen::VectorXd& upper() const;  ///< n, rad
+  /// n, rad: within the limits, and where plans keep the joints, such as an elbow to one side of straight.
+  const Eigen::VectorXd& planned_lower() const;
+  const Eigen::VectorXd& planned_upper() const;
   const Eigen::VectorXd& max_velocity() const;  ///< n, rad/s
   const Eigen::VectorXd& max_torque() const;    ///< n, Nm
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.

@@ -13,11 +13,9 @@ struct mjModel_;
 
 namespace tether::robot {
 
-/// The hand as planning sees it: capsules in the hand frame. See models/robots/panda.yaml.
+/// The hand as planning sees it, in the hand frame. See models/robots/panda.yaml.
 struct HandSolid {
-  double palm_radius = 0;
-  double palm_length = 0;
-  Eigen::Vector3d palm_position = Eigen::Vector3d::Zero();
+  geometry::Part palm;
   double finger_radius = 0;
   double finger_outward = 0;
   double finger_from = 0;
@@ -33,7 +31,7 @@ struct Model::Impl {
   std::vector<std::string> joints;
   std::vector<std::string> finger_joints;
   std::string hand_site;
-  Eigen::VectorXd lower, upper, max_velocity, max_torque, home;
+  Eigen::VectorXd lower, upper, planned_lower, planned_upper, max_velocity, max_torque, home;
   Gripper gripper;
   Reach reach;
   HandSolid solid;

@@ -18,6 +18,7 @@
 #include "tether/common/random.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
+#include "tether/geometry/bounds.h"
 #include "tether/geometry/support.h"
 
 namespace tether::robot {
@@ -196,8 +197,8 @@ TEST(ModelTest, TheHandsFingersTouchWhatIsHeld) {
   for (const double opening : {0.0, 0.05, 0.08}) {
     const geometry::Shape hand = Panda()->HandShape(opening);
     ASSERT_EQ(hand.parts.size(), 3u);
-    const auto& palm = std::get<geometry::Capsule>(hand.parts[0].primitive);
-    EXPECT_NEAR(hand.parts[0].X_SP.p.z() + palm.radius, -gripper.palm_depth, 1e-9);
+    const geometry::Part& palm = hand.parts[0];
+    EXPECT_NEAR(geometry::BoundingBox(palm.primitive, palm.X_SP).upper.z(), -gripper.palm_depth, 1e-9);
     EXPECT_NEAR(std::abs(hand.parts[0].X_SP.R(1, 2)), 1, 1e-9);
     for (int i : {1, 2}) {
       const auto& finger = std::get<geometry::Capsule>(hand.parts[i].primitive);
@@ -246,6 +247,11 @@ TEST_F(OwnRobotTest, MistakesAreExplained) {
   EXPECT_THAT(Replaced(&yaml_, "[joint1, joint2,", "[joint1, jointt2,"), HasSubstr("no joint 'jointt2'"));
   EXPECT_THAT(Replaced(&yaml_, "hand: hand ", "hand: hnad "), HasSubstr("did you mean 'hand'?"));
   EXPECT_THAT(Replaced(&yaml_, "home: [0, -0.5236,", "home: [0, -2.5,"), HasSubstr("'joint2' at -2.5"));
+  EXPECT_THAT(
+      Replaced(&yaml_, "{joint4: [-3.0718,", "{joint4: [-2.5,"),
+      HasSubstr("planned_range of 'joint4' is -2.5 to -0.9 (a range about home (-2.618) within the limits"));
+  EXPECT_THAT(Replaced(&yaml_, "{joint4: [-3.0718,", "{joint44: [-3.0718,"),
+              HasSubstr("did you mean 'joint4'?"));
   EXPECT_THAT(Replaced(&yaml_, "min: 0", "min: 1"), HasSubstr("0 ≤ min < max"));
   EXPECT_THAT(Replaced(&yaml_, "max_force: 70", "max_force: -70"), HasSubstr("above zero"));
   EXPECT_THAT(Replaced(&yaml_, "  max_opening: 0.08", "  open: [0, 0]\n  max_opening: 0.08"),

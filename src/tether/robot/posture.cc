@@ -42,8 +42,8 @@ PostureObstacle::PostureObstacle(const geometry::Part& part, const math::Pose& X
 
 void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eigen::VectorXd& upper) {
   const Eigen::VectorXd room = (0.05 * (model.upper() - model.lower())).cwiseMin(margin);
-  lower = model.lower() + room;
-  upper = model.upper() - room;
+  lower = (model.lower() + room).cwiseMax(model.planned_lower());
+  upper = (model.upper() - room).cwiseMin(model.planned_upper());
 }
 
 PostureSolver::PostureSolver(std::shared_ptr<const Model> model)

@@ -45,7 +45,8 @@ struct Posture {
   bool reaches() const { return position_error < 1e-6 && rotation_error < 1e-6; }
 };
 
-/// The limits of a model less `margin` (rad) at each end, or a twentieth of the range if that is less.
+/// The limits of a model less `margin` (rad) at each end, or a twentieth of the range if that is less, within
+/// the range that is planned with.
 void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eigen::VectorXd& upper);
 
 /// Inverse kinematics with clearances: damped least squares in which the hand's pose comes first, and what
