@@ -113,8 +113,9 @@ class MutexFinder {
         if (!mutexes_.AreMutex(a, b)) pairs.emplace_back(a, b);
       }
     }
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      const auto [a, b] = pairs[i];
+    while (!pairs.empty()) {
+      const auto [a, b] = pairs.back();
+      pairs.pop_back();
       if (permutations_.size() > left_) return false;
       left_ -= permutations_.size();
       for (const AtomPermutation& permutation : permutations_) {
@@ -267,30 +268,42 @@ std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
   const int atoms = static_cast<int>(task.atoms().size());
   std::set<std::vector<int>> known;
   std::vector<Variable> variables;
+  const auto add = [&](std::vector<int> chosen) {
+    std::sort(chosen.begin(), chosen.end());
+    if (chosen.size() < 2 || !known.insert(chosen).second) return;
+    Bits own((static_cast<size_t>(atoms) + 63) / 64, 0);
+    for (int atom : chosen) Set(own, atom);
+    const bool exactly_one = IsInhabited(task, chosen, permutations) && StaysInhabited(task, own);
+    variables.push_back({std::move(chosen), exactly_one});
+  };
   for (int seed = 0; seed < atoms; ++seed) {
     if (task.IsDerived(seed)) continue;
+    const Atom& start = task.atoms()[static_cast<size_t>(seed)];
     std::vector<int> candidates;
-    const int predicate = task.atoms()[static_cast<size_t>(seed)].predicate;
     for (int atom = 0; atom < atoms; ++atom) {
       if (atom != seed && !task.IsDerived(atom) && mutexes.AreMutex(Literal(seed, true), Literal(atom, true)))
         candidates.push_back(atom);
     }
-    std::stable_partition(candidates.begin(), candidates.end(), [&](int atom) {
-      return task.atoms()[static_cast<size_t>(atom)].predicate == predicate;
-    });
-    Variable variable{{seed}, false};
-    for (int atom : candidates) {
-      if (std::all_of(variable.atoms.begin(), variable.atoms.end(),
-                      [&](int other) { return mutexes.AreMutex(Literal(other, true), Literal(atom, true)); }))
-        variable.atoms.push_back(atom);
+    // What becomes of each of its arguments comes first: where this object is, what is in this place.
+    for (size_t k = 0; k == 0 || k < start.arguments.size(); ++k) {
+      const auto rank = [&](int index) {
+        const Atom& atom = task.atoms()[static_cast<size_t>(index)];
+        const bool alike = atom.predicate == start.predicate;
+        if (start.arguments.empty()) return alike ? 0 : 1;
+        const int object = start.arguments[k];
+        if (alike) return atom.arguments[k] == object ? 0 : 2;
+        return std::count(atom.arguments.begin(), atom.arguments.end(), object) > 0 ? 1 : 3;
+      };
+      std::stable_sort(candidates.begin(), candidates.end(), [&](int a, int b) { return rank(a) < rank(b); });
+      std::vector<int> chosen = {seed};
+      for (int atom : candidates) {
+        if (std::all_of(chosen.begin(), chosen.end(), [&](int other) {
+              return mutexes.AreMutex(Literal(other, true), Literal(atom, true));
+            }))
+          chosen.push_back(atom);
+      }
+      add(std::move(chosen));
     }
-    if (variable.atoms.size() < 2) continue;
-    std::sort(variable.atoms.begin(), variable.atoms.end());
-    if (!known.insert(variable.atoms).second) continue;
-    Bits own((static_cast<size_t>(atoms) + 63) / 64, 0);
-    for (int atom : variable.atoms) Set(own, atom);
-    variable.exactly_one = IsInhabited(task, variable.atoms, permutations) && StaysInhabited(task, own);
-    variables.push_back(std::move(variable));
   }
   return variables;
 }

@@ -103,6 +103,43 @@ TEST(MutexTest, VariablesOfKnownDomains) {
   }
 }
 
+/// Two carts on a line can't pass each other; exchanged, they stand the other way round.
+TEST(MutexTest, HoldsForWhatPermutationsMakeOfTheStart) {
+  const char* const domain =
+      R"((define (domain line) (:predicates (at ?c ?p) (full ?p) (cart ?c) (next ?p ?q))
+    (:action slide :parameters (?c ?p ?q)
+      :precondition (and (cart ?c) (at ?c ?p) (not (full ?q)) (or (next ?p ?q) (next ?q ?p)))
+      :effect (and (not (at ?c ?p)) (not (full ?p)) (at ?c ?q) (full ?q)))))";
+  const auto task = Task::Ground(ParseProblem(
+      "(define (problem p) (:domain line) (:objects a b p q r s) (:init (cart a) (cart b) (next p q) (next q "
+      "r) (next r s) (at a p) (at b q) (full p) (full q)) (:goal (at a r)))",
+      "p", ParseDomain(domain, "d")));
+  const int a = task->problem().FindObject("a"), b = task->problem().FindObject("b");
+  AtomPermutation exchange;
+  for (Atom atom : task->atoms()) {
+    for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
+    exchange.push_back(task->FindAtom(atom));
+  }
+  const auto clashes = [&](const Mutexes& mutexes) {
+    for (const State& state : Reachable(*task, 1000)) {
+      for (size_t i = 0; i < exchange.size(); ++i) {
+        for (size_t k = 0; k < exchange.size(); ++k) {
+          const int first = static_cast<int>(i), second = static_cast<int>(k);
+          if (Holds(state, Literal(first, true)) && Holds(state, Literal(second, true)) &&
+              mutexes.AreMutex(Literal(exchange[i], true), Literal(exchange[k], true)))
+            return true;
+        }
+      }
+    }
+    return false;
+  };
+  EXPECT_TRUE(clashes(*Mutexes::Find(*task)));
+  EXPECT_FALSE(clashes(*Mutexes::Find(*task, {exchange})));
+  EXPECT_THAT(Text(*task, FindVariables(*task, *Mutexes::Find(*task, {exchange}), {exchange})),
+              testing::IsSupersetOf(
+                  {"one of at(a,p) at(a,q) at(a,r) at(a,s)", "one of at(b,p) at(b,q) at(b,r) at(b,s)"}));
+}
+
 TEST(MutexTest, GivesUpBeforeItTakesLong) {
   EXPECT_FALSE(Mutexes::Find(*Task::Ground(domains::Blocks10()), {}, 1000).has_value());
 }

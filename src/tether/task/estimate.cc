@@ -11,8 +11,9 @@ using symbolic::Variable;
 constexpr size_t kMostPairs = 1000;       ///< Of values of a merge.
 constexpr size_t kMostWork = 20'000'000;  ///< Looks at an action and two variables.
 constexpr size_t kMostMerges = 4;         ///< That are tried.
-constexpr size_t kMostPayers = 20'000;
-constexpr int64_t kLargeGain = 20;
+constexpr size_t kMostPayers = 20'000;    ///< Of a relaxation.
+constexpr size_t kHopeless = 500;         ///< Evaluations without a gain after which climbing ends.
+constexpr int64_t kLargeGain = 20;        ///< One part in so many.
 constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
 
 /// What each action has to do with a variable.
@@ -148,10 +149,10 @@ int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int6
   }
   if (step == kDeadEnd) return sum;
   const size_t count = potentials.directions().size();
-  size_t evaluations = 0;
+  size_t evaluations = 0, last_gain = 0;
   for (size_t i = 0, idle = 0; idle < count; i = (i + 1) % count, ++idle) {
     for (const int64_t change : {-step, step}) {
-      if (evaluations + samples.size() > max_evaluations) return sum;
+      if (evaluations + samples.size() > max_evaluations || evaluations > last_gain + kHopeless) return sum;
       if (!potentials.Shift(potentials.directions()[i], change)) continue;
       cut.heuristic.SetCosts(potentials.costs());
       evaluations += samples.size();
@@ -159,6 +160,7 @@ int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int6
       if (now > sum) {
         done.push_back({i, change});
         idle = 0;
+        last_gain = evaluations;
         // After a large step others may be worth while that were not before: the first ones shift most.
         if (now - sum > sum / kLargeGain) i = count - 1;
         sum = now;
@@ -192,8 +194,9 @@ bool Estimate::Strengthen(std::span<const symbolic::State> samples,
   sum = Climb(cut, samples, sum, max_evaluations, done);
   if (sum - before < std::max<int64_t>(before / kLeastGain, 1)) {
     // Backwards: then no cost becomes negative on the way.
-    for (auto it = done.rbegin(); it != done.rend(); ++it)
-      cut.potentials->Shift(cut.potentials->directions()[it->direction], -it->change);
+    std::reverse(done.begin(), done.end());
+    for (const Shift& shift : done)
+      cut.potentials->Shift(cut.potentials->directions()[shift.direction], -shift.change);
     cut.heuristic.SetCosts(cut.potentials->costs());
     return false;
   }
