@@ -1,18 +1,12 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdlib>
 
-/// Counts what a test or benchmark takes from the heap, Eigen's allocations included, by a malloc of its own.
-/// For one source of an executable. Where it can't count (sanitizers have a malloc of their own)
-/// TETHER_COUNTS_ALLOCATIONS is not defined.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-#define TETHER_COUNTS_ALLOCATIONS 1
+#include "tether/common/heap_count.h"
 
-namespace tether {
-inline long heap_allocations = 0;
-inline size_t heap_bytes = 0;
-}  // namespace tether
+/// Counts what a test or benchmark takes from the heap, Eigen's allocations included, by a malloc of its own.
+/// For one source of an executable; the others read heap_count.h.
+#ifdef TETHER_COUNTS_ALLOCATIONS
 
 extern "C" void* __libc_malloc(std::size_t size);
 extern "C" void* malloc(std::size_t size) {

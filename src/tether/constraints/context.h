@@ -49,6 +49,9 @@ class Context {
   virtual const geometry::Shape* ShapeOf(const std::string& frame) const = 0;
   /// Pose in the world: while building, of the guess so far; while judging, of the plan.
   virtual math::Pose PoseAt(const FrameAt& frame) const = 0;
+  /// What an object hangs on after the present step: what it was last put down on, or its parent at the
+  /// start.
+  virtual std::string ParentOf(const std::string& object) const = 0;
   /// Unit vector, in the object's frame, of the outward normal of the face that it stands on or last stood
   /// on.
   virtual Eigen::Vector3d DownFace(const std::string& object) const = 0;

@@ -32,6 +32,11 @@ constexpr int kRings = 6;
 // offered.
 constexpr double kDistinctYaw = 0.7;
 constexpr size_t kMostYaws = 4;
+// What a tower carries further up stays this far inside the edges of each level, m, but no further than this
+// share of the level's inscribed circle. So many of a tower's objects are looked at.
+constexpr double kBalance = 0.008;
+constexpr double kOfSize = 0.3;
+constexpr size_t kMostOfTower = 8;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
@@ -286,6 +291,56 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   X_TC = best;
 }
 
+/// A tower that the object is put on top of, from the object down to what carries the whole.
+struct Tower {
+  std::vector<std::string> objects;  // the object first
+  std::vector<double> masses;        // kg
+};
+
+/// Of the objects that can be moved, and the first that can't; at most so many that a function takes them.
+Tower TowerUnder(const Context& context, const std::string& object) {
+  Tower tower;
+  for (std::string name = object; tower.objects.size() < kMostOfTower; name = context.ParentOf(name)) {
+    const scene::Object* found = context.scene().FindObject(name);
+    if (found == nullptr) break;
+    tower.objects.push_back(name);
+    tower.masses.push_back(found->mass.value_or(0));
+    if (!found->movable()) break;
+  }
+  return tower;
+}
+
+/// What lies on each level of the tower stays over it: each pair of neighbours but the topmost, whose centre
+/// of mass `supported` looks at by itself, carries the common centre of mass of all above, `margin` inside of
+/// both faces that meet there, but no further than a share of their size.
+template <typename Use>
+void ForEachLevel(const Context& context, const std::string& object, double margin, Use use) {
+  const Tower tower = TowerUnder(context, object);
+  double mass = 0;
+  for (size_t level = 1; level < tower.objects.size(); ++level) {
+    mass += tower.masses[level - 1];
+    if (level == 1 || mass <= 0) continue;
+    const auto placement = FindPlacement(context, tower.objects[level - 1], tower.objects[level]);
+    if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3) continue;
+    const double inset =
+        std::min({margin, kOfSize * InradiusOf(placement->foot), kOfSize * InradiusOf(placement->support)});
+    // Over the carrier's upper face, and over the foot of what stands on it.
+    for (const size_t base : {level, level - 1}) {
+      std::vector<Plane> planes;
+      for (const FaceEdge& edge : EdgesOf(base == level ? placement->support : placement->foot))
+        planes.push_back({edge.normal, edge.offset - inset});
+      std::vector<FrameAt> frames{{tower.objects[base], context.step()}};
+      std::vector<SharedPoint> points;
+      for (size_t i = 0; i < level; ++i) {
+        frames.push_back({tower.objects[i], context.step()});
+        points.push_back(
+            {geometry::CentreOfMass(*context.ShapeOf(tower.objects[i])), tower.masses[i] / mass});
+      }
+      use("balance on " + tower.objects[level], MakeMeanHalfSpaces(planes, points), frames, inset);
+    }
+  }
+}
+
 void BuildSupported(const Context& context, const Parameters& parameters, RowSink& sink) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
@@ -303,6 +358,12 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
       Role::kInequality,
       "supported(" + object + ", " + by + "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
       rows, {{by, context.step()}, {object, context.step()}}, sink);
+  if (context.control() != object) return;
+  ForEachLevel(context, object, kBalance,
+               [&](const std::string& label, PoseFunctionPtr function, std::vector<FrameAt> frames, double) {
+                 sink.Add(Role::kInequality, "supported(" + object + ", " + by + "): " + label,
+                          std::move(function), std::move(frames));
+               });
 }
 
 void CheckSupported(const Context& context, const Parameters& parameters, Findings& findings) {
@@ -318,6 +379,17 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   const double inside =
       geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
   findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
+  if (context.control() != object) return;
+  ForEachLevel(context, object, 0,
+               [&](const std::string& label, const PoseFunctionPtr& function,
+                   const std::vector<FrameAt>& frames, double) {
+                 std::vector<Pose> poses;
+                 for (const FrameAt& frame : frames) poses.push_back(context.PoseAt(frame));
+                 Eigen::VectorXd r(function->size());
+                 function->Evaluate(poses, r, nullptr);
+                 findings.Report("supported(" + object + ", " + by + "): " + label, nlp::Unit::kMetre,
+                                 r.maxCoeff());
+               });
 }
 
 /// At the height at which it touches, anywhere.
@@ -386,7 +458,9 @@ Kind SupportedKind() {
   return {"supported",
           "The object is over the upper face of what carries it: its whole footprint where that fits, by the "
           "margin or half of the room there "
-          "is; else its true centre of mass, at least the margin inside. One row per edge of the polygon.",
+          "is; else its true centre of mass, at least the margin inside. One row per edge of the polygon. Of "
+          "a tower, the "
+          "common centre of mass of all that lies above a level stays over it too.",
           "Paper A, eq. (10); ERRATA A12, A13, A14",
           {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is carried"},
            {"by", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what carries it"},

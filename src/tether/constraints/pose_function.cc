@@ -32,6 +32,41 @@ class HalfSpaces final : public PoseFunction {
   std::vector<HalfSpaceRow> rows_;
 };
 
+class MeanHalfSpaces final : public PoseFunction {
+ public:
+  MeanHalfSpaces(std::vector<Plane> planes, std::vector<SharedPoint> points)
+      : PoseFunction(static_cast<int>(planes.size()), static_cast<int>(points.size()) + 1, Unit::kMetre),
+        planes_(std::move(planes)),
+        points_(std::move(points)) {}
+
+  void Evaluate(std::span<const Pose> X, VectorRef r, JacobianRef* J) const override {
+    Vector3d p_BC = Vector3d::Zero();
+    for (size_t k = 0; k < points_.size(); ++k) {
+      const Pose X_BA = math::Between(X[0], X[k + 1]);
+      const Vector3d& p_AQ = points_[k].p_AQ;
+      p_BC += points_[k].share * (X_BA * p_AQ);
+      if (J == nullptr) continue;
+      for (int i = 0; i < size(); ++i) {
+        const Vector3d n_A = points_[k].share * (X_BA.R.transpose() * planes_[static_cast<size_t>(i)].n_B);
+        const auto column = 6 * static_cast<Eigen::Index>(k + 1);
+        J->block<1, 3>(i, column) = n_A.transpose();
+        J->block<1, 3>(i, column + 3) = p_AQ.cross(n_A).transpose();
+      }
+    }
+    for (int i = 0; i < size(); ++i) {
+      const Plane& plane = planes_[static_cast<size_t>(i)];
+      r[i] = plane.n_B.dot(p_BC) - plane.offset;
+      if (J == nullptr) continue;
+      J->block<1, 3>(i, 0) = -plane.n_B.transpose();
+      J->block<1, 3>(i, 3) = plane.n_B.cross(p_BC).transpose();
+    }
+  }
+
+ private:
+  std::vector<Plane> planes_;
+  std::vector<SharedPoint> points_;
+};
+
 class Directions final : public PoseFunction {
  public:
   explicit Directions(std::vector<DirectionRow> rows)
@@ -235,6 +270,10 @@ class Turn final : public PoseFunction {
 
 PoseFunctionPtr MakeHalfSpaces(std::vector<HalfSpaceRow> rows) {
   return std::make_shared<HalfSpaces>(std::move(rows));
+}
+
+PoseFunctionPtr MakeMeanHalfSpaces(std::vector<Plane> planes, std::vector<SharedPoint> points) {
+  return std::make_shared<MeanHalfSpaces>(std::move(planes), std::move(points));
 }
 
 PoseFunctionPtr MakeDirections(std::vector<DirectionRow> rows) {

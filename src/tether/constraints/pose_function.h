@@ -49,6 +49,22 @@ struct HalfSpaceRow {
 /// Frames (B, A). Signed distances of points of A to planes of B, m.
 PoseFunctionPtr MakeHalfSpaces(std::vector<HalfSpaceRow> rows);
 
+/// A plane of B: n_B · x = offset.
+struct Plane {
+  Eigen::Vector3d n_B;  ///< Unit.
+  double offset;        ///< m
+};
+
+/// A point Q fixed in a frame A, with its share of a mean.
+struct SharedPoint {
+  Eigen::Vector3d p_AQ;  ///< m
+  double share;          ///< All together are 1.
+};
+
+/// Frames (B, A1, A2 …), one A for each point. Signed distance of the mean of the points to planes of B, m:
+/// with shares of mass and centres of mass, of the bodies' common centre of mass.
+PoseFunctionPtr MakeMeanHalfSpaces(std::vector<Plane> planes, std::vector<SharedPoint> points);
+
 /// One row of DirectionRows: e_B · (R_BA d_A) − value.
 struct DirectionRow {
   Eigen::Vector3d d_A;  ///< Unit.

@@ -35,6 +35,12 @@ std::vector<Named> AllFunctions() {
          return MakeHalfSpaces({{RandomVector(r), RandomVector(r).normalized(), 0.3},
                                 {RandomVector(r), RandomVector(r).normalized(), -0.1}});
        }},
+      {"MeanHalfSpaces",
+       [](Random& r) {
+         return MakeMeanHalfSpaces(
+             {{RandomVector(r).normalized(), 0.3}, {RandomVector(r).normalized(), -0.1}},
+             {{RandomVector(r), 0.5}, {RandomVector(r), 0.2}, {RandomVector(r), 0.3}});
+       }},
       {"Directions",
        [](Random& r) {
          return MakeDirections(ParallelRows(RandomVector(r).normalized(), Vector3d::UnitX()));

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/heap_count.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/action_reader.h"
 #include "tether/robot/kinematics.h"
@@ -366,6 +367,29 @@ TEST(VelocityExecutiveTest, WhatStartsInAForbiddenZoneIsLeftAndSaid) {
       << fake.Story();
   EXPECT_GT(before.head<2>().norm(), 0.36);
 }
+
+#ifdef TETHER_COUNTS_ALLOCATIONS
+TEST(VelocityExecutiveTest, OnlyTheStartOfAVerbTakesFromTheHeap) {
+  Fake fake;
+  fake.Start(kCarry);
+  size_t verbs = 0;
+  for (const planning::PlanStep& step : fake.executive->plan().steps) verbs += step.execute.size();
+  size_t ticks = 0, allocating = 0;
+  while (fake.executive->running() && fake.truth.time < 120) {
+    const size_t events = fake.executive->events().size();
+    // The fake allocates as well: the executive is asked once more for the same tick's commands.
+    fake.Tick();
+    const long before = heap_allocations;
+    fake.executive->Step(fake.truth, fake.observations);
+    const bool counts = fake.executive->events().size() == events;
+    ++ticks;
+    allocating += counts && heap_allocations != before ? 1 : 0;
+  }
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_LE(allocating, verbs);
+  EXPECT_GT(ticks, 20 * verbs);
+}
+#endif
 
 TEST(VelocityExecutiveTest, WhatCantBeDoneIsSaidBefore) {
   const auto error_of = [](const std::vector<std::string>& actions,

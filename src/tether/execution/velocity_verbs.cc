@@ -434,7 +434,7 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
       goal.reset();
       return Outcome::kRunning;
     }
-    goal = control::Goal{};
+    if (!goal || goal->posture.size() == 0) goal = control::Goal{};
     goal->posture = path[waypoint];
     goal->turn_speed = options.turn_speed;
     error = (q - path[waypoint]).cwiseAbs().maxCoeff();

@@ -62,6 +62,15 @@ TEST_P(ShippedScenes, ReachTheirGoalFromAPerturbedStart) {
 INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedScenes,
                          ::testing::Values("workspace_reach", "hanoi", "stacking", "tool_use", "parts"));
 
+TEST(VelocityScenes, KeepEveryConstraint) {
+  const Outcome outcome = PlanAndRun("cups", 2);
+  ASSERT_TRUE(outcome.planning.ok()) << outcome.planning.message;
+  EXPECT_EQ(outcome.run.status, RunStatus::kSuccess) << outcome.run.reason;
+  EXPECT_EQ(outcome.run.replans, 0);
+  EXPECT_GT(outcome.run.margins.size(), 6u);
+  for (const Margin& margin : outcome.run.margins) EXPECT_GE(margin.minimum, 0) << margin.name;
+}
+
 class Disturbances : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Disturbances, AreFollowedWithoutANewPlan) {

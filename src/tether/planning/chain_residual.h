@@ -20,7 +20,7 @@ namespace tether::planning {
 class FrameChains {
  public:
   /// No function takes more frames than this.
-  static constexpr size_t kMostFrames = 4;
+  static constexpr size_t kMostFrames = 8;
 
   explicit FrameChains(std::vector<Chain> chains);
 

@@ -59,6 +59,7 @@ class StepContext final : public constraints::Context {
   math::Pose PoseAt(const constraints::FrameAt& frame) const override {
     return tree_.PoseAt(frame.frame, frame.step, poses_);
   }
+  std::string ParentOf(const std::string& object) const override { return tree_.ParentAt(object, step_); }
   Eigen::Vector3d DownFace(const std::string& object) const override;
   int Choose(const std::string& key, const std::vector<constraints::Option>& options) const override {
     return chooser_(key, options);
