@@ -13,6 +13,8 @@ constexpr size_t kMostWork = 20'000'000;    ///< Looks at an action and two vari
 constexpr size_t kMostMerges = 4;           ///< That are tried.
 constexpr size_t kMostPayers = 20'000;      ///< Of a relaxation.
 constexpr size_t kMostTouched = 1'000'000;  ///< Operators in all evaluations of a climb.
+constexpr int64_t kWorthOfDeadEnd = int64_t{1}
+                                    << 40;  ///< More than any estimate: such a state is never seen again.
 constexpr size_t kHopeless = 500;           ///< Evaluations without a gain after which climbing ends.
 constexpr int64_t kLargeGain = 20;          ///< One part in so many.
 constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
@@ -62,7 +64,7 @@ int64_t Estimate::Sum(Cut& cut, std::span<const symbolic::State> samples) {
   int64_t sum = 0;
   for (const symbolic::State& state : samples) {
     const int64_t estimate = Evaluate(cut, state, {}, -1);
-    if (estimate != kDeadEnd) sum += estimate;
+    sum += estimate == kDeadEnd ? kWorthOfDeadEnd : estimate;
   }
   return sum;
 }
