@@ -72,6 +72,8 @@ struct Executive::Impl {
   Outcome MonitorPush(bool finished);
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
   bool OutOfReach(const math::Pose& X_TH) const;
+  /// The object was put, or stood at the start, on what is held, or on something that was.
+  bool RidesOnHeld(int object) const;
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
   void Hold();

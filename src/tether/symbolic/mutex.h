@@ -45,8 +45,8 @@ struct Variable {
   bool exactly_one = false;  ///< One of them always holds.
 };
 
-/// Finds variables greedily, from each atom on, with what is about one of its arguments first: sets that can't
-/// be enlarged, each once; an atom may be in several. `permutations` are those of the mutexes.
+/// Finds variables greedily, from each atom on, with what is about one of its arguments first: sets that
+/// can't be enlarged, each once; an atom may be in several. `permutations` are those of the mutexes.
 std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
                                     const std::vector<AtomPermutation>& permutations = {});
 

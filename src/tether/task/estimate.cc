@@ -8,12 +8,15 @@ namespace {
 
 using symbolic::Variable;
 
-constexpr size_t kMostPairs = 1000;       ///< Of values of a merge.
-constexpr size_t kMostWork = 20'000'000;  ///< Looks at an action and two variables.
-constexpr size_t kMostMerges = 4;         ///< That are tried.
-constexpr size_t kMostPayers = 20'000;    ///< Of a relaxation.
-constexpr size_t kHopeless = 500;         ///< Evaluations without a gain after which climbing ends.
-constexpr int64_t kLargeGain = 20;        ///< One part in so many.
+constexpr size_t kMostPairs = 1000;         ///< Of values of a merge.
+constexpr size_t kMostWork = 20'000'000;    ///< Looks at an action and two variables.
+constexpr size_t kMostMerges = 4;           ///< That are tried.
+constexpr size_t kMostPayers = 20'000;      ///< Of a relaxation.
+constexpr size_t kMostTouched = 1'000'000;  ///< Operators in all evaluations of a climb.
+constexpr int64_t kWorthOfDeadEnd = int64_t{1}
+                                    << 40;  ///< More than any estimate: such a state is never seen again.
+constexpr size_t kHopeless = 500;           ///< Evaluations without a gain after which climbing ends.
+constexpr int64_t kLargeGain = 20;          ///< One part in so many.
 constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
 
 /// What each action has to do with a variable.
@@ -61,7 +64,7 @@ int64_t Estimate::Sum(Cut& cut, std::span<const symbolic::State> samples) {
   int64_t sum = 0;
   for (const symbolic::State& state : samples) {
     const int64_t estimate = Evaluate(cut, state, {}, -1);
-    if (estimate != kDeadEnd) sum += estimate;
+    sum += estimate == kDeadEnd ? kWorthOfDeadEnd : estimate;
   }
   return sum;
 }
@@ -148,6 +151,8 @@ int64_t Estimate::Climb(Cut& cut, std::span<const symbolic::State> samples, int6
     if (cost > 0) step = std::min(step, cost);
   }
   if (step == kDeadEnd) return sum;
+  // A climb can't be interrupted: some 1 s at most.
+  max_evaluations = std::min(max_evaluations, kMostTouched / (cut.relaxation.operators().size() + 1));
   const size_t count = potentials.directions().size();
   size_t evaluations = 0, last_gain = 0;
   for (size_t i = 0, idle = 0; idle < count; i = (i + 1) % count, ++idle) {
