@@ -123,7 +123,6 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.robot = MakeActingRobot(scenario, scene, settings.robot && !overrides.no_robot);
   problem.program.weights = {settings.weight_translation, settings.weight_rotation};
   problem.program.home = settings.home;
-  problem.program.witnesses = settings.witnesses;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;
   problem.goal = ChooseGoal(scenario, overrides);

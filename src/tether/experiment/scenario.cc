@@ -439,7 +439,6 @@ class ScenarioParser {
     }
     planning.home = reader.Bool("home", planning.home);
     planning.robot = reader.Bool("robot", planning.robot);
-    planning.witnesses = reader.Bool("witnesses", planning.witnesses);
     planning.max_plans =
         ReadCount(reader, "max_plans", planning.max_plans, 0, "a number of plans; 0: no limit");
     planning.threads =

@@ -50,7 +50,6 @@ struct PlanningSettings {
   double weight_rotation = 1.5;                        ///< β, on θ² in rad².
   bool home = true;                                    ///< First and last key pose are the hand's start.
   bool robot = true;                                   ///< Reach and grasp of the robot constrain the plan.
-  bool witnesses = true;                               ///< Each key pose needs a configuration of the arm.
   int max_plans = 0;                                   ///< Ends after so many candidates; 0: no limit.
   int threads = 0;                                     ///< 0: as many as there are processors.
   double time_limit_s = 0;                             ///< Wall clock; 0: no limit.

@@ -42,8 +42,6 @@ struct ProgramOptions {
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;
-  /// Key poses need configurations of the arm as witnesses, and what is out of its reach is refuted.
-  bool witnesses = true;
   int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.

@@ -178,7 +178,7 @@ class RowWriter {
 }  // namespace
 
 bool NeedsWitnesses(const Problem& problem) {
-  return problem.program.witnesses && problem.robot.model != nullptr;
+  return problem.robot.model != nullptr;
 }
 
 void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,

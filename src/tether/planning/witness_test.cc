@@ -38,7 +38,6 @@ Problem BenchProblem(std::vector<scene::Object> things) {
   for (scene::Object& thing : things) scene.objects.push_back(std::move(thing));
   scene.robots.push_back({"panda", "panda", {0, -0.5236, 0, -2.6180, 0, 2.0944, 0}, "world", {}});
   Problem problem = PandaProblem(std::move(scene));
-  problem.program.witnesses = true;
   return problem;
 }
 
@@ -47,7 +46,6 @@ const std::vector<std::string> kHookPlan{"pick(hook)", "push(hook,box,table)", "
 
 TEST(WitnessTest, EveryKeyPoseOfAPlanHasOne) {
   Problem problem = ReachProblem();
-  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, kHookPlan);
   ASSERT_TRUE(report.feasible()) << report.reason;
   const robot::Model& model = *problem.robot.model;
@@ -74,7 +72,6 @@ TEST(WitnessTest, EveryKeyPoseOfAPlanHasOne) {
 
 TEST(WitnessTest, TheCheckerRejectsJointsThatAreNoWitness) {
   Problem problem = ReachProblem();
-  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
   Plan plan = report.plan;
@@ -92,7 +89,6 @@ TEST(WitnessTest, TheCheckerRejectsJointsThatAreNoWitness) {
 
 TEST(WitnessTest, TheCheckerSeesLinksInsideThings) {
   Problem problem = ReachProblem();
-  problem.program.witnesses = true;
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
   Problem blocked = problem;
