@@ -333,7 +333,8 @@ Kind GraspableKind() {
           "The hand stands so that its two fingers can close on the object: it approaches from above the "
           "face that the object stands on, "
           "closes along a direction in which the object fits between the fingers, is centred, its palm is "
-          "clear, and its pads do not reach below the object. A hull is held where two of its sides lie "
+          "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
+          "object. A hull is held where two of its sides lie "
           "opposite each other, parallel to within 0.1 rad. The orientation that is "
           "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
           "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",

@@ -178,6 +178,17 @@ TEST_F(TransitPassage, WaypointsLeadOverTheTower) {
   EXPECT_LT(math::AngleBetween(reference.X_TR().R, goal.R), 1e-5);
 }
 
+TEST(Transit, WhatLeadsBeyondReachIsDrawnNear) {
+  const math::Pose X_WH(math::RotationFromRpy({M_PI, 0, 0.3}), Eigen::Vector3d(0.7, 0.3, 0.5));
+  const Eigen::Vector3d p_HQ(0, 0, -0.2), p_WCentre(0, 0, 0.3);
+  const math::Pose drawn = DrawWithin(X_WH, p_HQ, p_WCentre, 0.6);
+  EXPECT_EQ(drawn.R, X_WH.R);
+  EXPECT_NEAR((drawn * p_HQ - p_WCentre).norm(), 0.6, 1e-12);
+  // No further than it must be.
+  EXPECT_NEAR((drawn.p - X_WH.p).norm(), (X_WH * p_HQ - p_WCentre).norm() - 0.6, 1e-12);
+  EXPECT_EQ(DrawWithin(X_WH, p_HQ, p_WCentre, 2).p, X_WH.p);
+}
+
 TEST(ContactDetector, FeelsResistanceButNotThePayload) {
   ContactDetector detector;
   detector.Start();

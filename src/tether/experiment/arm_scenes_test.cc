@@ -44,7 +44,8 @@ constexpr const char* kHook = R"(
 
 /// `things`: more objects, beside a table in front of a Panda. `task`: more keys of the task.
 Scenario Load(const std::string& things, const std::string& objects, const std::string& init,
-              const std::string& goal, int max_actions, const std::string& task = "") {
+              const std::string& goal, int max_actions, const std::string& task = "",
+              const std::string& domain = kDomain) {
   GeneratedScenario texts;
   texts.scenario = R"(format: tether.scenario/1
 title: arm
@@ -61,7 +62,7 @@ task:
   problem: problem.pddl
   max_actions: )" + std::to_string(max_actions) +
                    task + "\nactions: [manipulation]\n";
-  texts.domain = kDomain;
+  texts.domain = domain;
   texts.problem = "(define (problem arm) (:domain arm) (:objects table " + objects +
                   " - thing) (:init (free) " + init + ") (:goal " + goal + "))";
   return LoadGenerated(texts);
@@ -148,6 +149,20 @@ TEST(ArmScenesTest, TheHookIsFoundWithoutBeingAskedFor) {
                                    "pick(box)", "place(box,shelf)"));
   const planning::Problem problem = MakeProblem(scenario, scenario.scene, {});
   EXPECT_TRUE(planning::CheckPlan(problem, plan).Feasible(problem.program));
+}
+
+// To the symbols a push changes nothing at all.
+TEST(ArmScenesTest, TheHookIsFoundThoughThePushHasNoEffect) {
+  std::string domain = kDomain;
+  domain.replace(domain.find(":effect (pulled ?b)"), 19, ":effect (on ?b ?c)");
+  const Scenario scenario =
+      Load(Block("box", "[0.05, 0.05, 0.05]", "[0.9, 0, 0.025]") +
+               Block("shelf", "[0.3, 0.3, 0.1]", "[0.35, -0.35, 0.05]", false) + kHook,
+           "box hook shelf", "(can_move box) (can_move hook) (tool hook) (on box table) (on hook table)",
+           "(and (on box shelf) (free))", 5, "", domain);
+  const PlanReport report = Plan(scenario);
+  ASSERT_EQ(report.status, PlanStatus::kSolved) << report.message;
+  EXPECT_THAT(report.best()->plan.actions, testing::Contains("push(hook,box,table)"));
 }
 
 TEST(WithinReachTest, PredicatesComeFromTheArm) {

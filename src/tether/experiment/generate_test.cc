@@ -11,6 +11,8 @@
 #include "tether/common/value.h"
 #include "tether/experiment/check.h"
 #include "tether/experiment/problem.h"
+#include "tether/geometry/support.h"
+#include "tether/planning/frame_tree.h"
 #include "tether/planning/optimum.h"
 #include "tether/planning/problem.h"
 
@@ -162,6 +164,45 @@ TEST_F(FolderTest, NothingIsReplacedUnasked) {
   EXPECT_EQ(ReadFile((folder_ / "scenario.yaml").string()), before);
   WriteGenerated(Generate("reach", {}, 1), folder_.string(), true);
   EXPECT_NE(ReadFile((folder_ / "scenario.yaml").string()), before);
+}
+
+/// What stands on each block of the tower that a plan leaves behind has its centre of mass over that block.
+void ExpectBalanced(const Scenario& scenario, const planning::Plan& plan) {
+  planning::FrameTree tree(scenario.scene, {});
+  std::vector<math::Pose> poses;
+  for (const planning::PlanStep& step : plan.steps) {
+    ASSERT_TRUE(tree.AddStep(step.control, step.target));
+    poses.push_back(step.X_TC);
+  }
+  const int last = tree.num_steps() - 1;
+  for (const scene::Object& base : scenario.scene.objects) {
+    if (!base.movable()) continue;
+    double mass = 0;
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    for (const scene::Object& other : scenario.scene.objects) {
+      if (other.name == base.name || !other.movable() || !tree.HangsOn(other.name, base.name, last)) continue;
+      mass += *other.mass;
+      moment += *other.mass * (tree.PoseAt(other.name, last, poses) * geometry::CentreOfMass(other.shape));
+    }
+    if (mass == 0) continue;
+    const Eigen::Vector3d p_B =
+        tree.PoseAt(base.name, last, poses).Inverse() * Eigen::Vector3d(moment / mass);
+    const auto& box = std::get<geometry::Box>(base.shape.parts[0].primitive);
+    EXPECT_LT(std::abs(p_B.x()), box.size.x() / 2 - 0.002) << base.name;
+    EXPECT_LT(std::abs(p_B.y()), box.size.y() / 2 - 0.002) << base.name;
+  }
+}
+
+TEST(GenerateTest, TowersAreBalancedOnEveryLevel) {
+  for (const uint64_t seed : {2, 3, 7, 26, 31}) {
+    const Scenario scenario = LoadGenerated(Generate("stack", {5, 0, 0}, seed));
+    PlanningOverrides overrides;
+    overrides.threads = 1;
+    const planning::PlanReport report =
+        planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+    ASSERT_NE(report.best(), nullptr) << seed;
+    ExpectBalanced(scenario, report.best()->plan);
+  }
 }
 
 /// A scene in which most ways of each candidate fail, and candidates that begin alike fail alike.

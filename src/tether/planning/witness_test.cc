@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/geometry/distance.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/test_scene.h"
@@ -122,6 +123,40 @@ TEST(WitnessTest, AShelfTooHighIsProvedToBe) {
   const CandidateReport report = Optimize(problem, {"pick(block)", "place(block,shelf)"});
   EXPECT_EQ(report.status, CandidateStatus::kInfeasible);
   EXPECT_THAT(report.reason, testing::MatchesRegex("place\\(block,shelf\\): [0-9.]+ cm beyond reach"));
+}
+
+TEST(WitnessTest, AWayThatIsNotFreeMovesTheKeyPoseNotThePlan) {
+  // The cheapest key poses bring the box so near to the base that the arm can't lift the hook from there.
+  Problem problem = ReachProblem();
+  problem.program.home = true;
+  const std::vector<std::string> on_shelf{"pick(hook)", "push(hook,box,table)", "place(hook,shelf)",
+                                          "pick(box)", "place(box,shelf)"};
+  const CandidateReport with_arm = Optimize(problem, on_shelf);
+  ASSERT_TRUE(with_arm.feasible()) << with_arm.reason;
+  problem.robot.model = nullptr;
+  const CandidateReport without = Optimize(problem, on_shelf);
+  ASSERT_TRUE(without.feasible()) << without.reason;
+  EXPECT_LT(with_arm.plan.cost, 1.1 * without.plan.cost);
+}
+
+TEST(WitnessTest, TheOpenHandIsClearOfWhatElseAnObjectIsMadeOf) {
+  // An angle iron: the cheapest place to hold one leg is beside the other.
+  Problem problem = BenchProblem({});
+  scene::Object angle = Box("angle", {0.12, 0.02, 0.03}, {0.5, 0.1, 0.015}, true);
+  angle.shape.parts.push_back(
+      {geometry::Box{Vector3d(0.02, 0.12, 0.03)}, math::Pose(Vector3d(0.05, 0.07, 0))});
+  problem.scene.objects.push_back(angle);
+  for (const double x : {0.35, 0.45, 0.55, 0.62}) {
+    problem.scene.objects.back().X_ParentObject.p.x() = x;
+    const CandidateReport report = Optimize(problem, {"pick(angle)"});
+    ASSERT_TRUE(report.feasible()) << report.reason;
+    const math::Pose& X_OH = report.plan.steps[0].X_TC;
+    const geometry::Shape hand = problem.robot.model->HandShape(problem.robot.model->gripper().max_opening);
+    int beside = 0;
+    for (const geometry::Part& part : angle.shape.parts)
+      beside += geometry::SignedDistance(hand, X_OH, geometry::Shape({part}), math::Pose()).distance > 0.001;
+    EXPECT_GE(beside, 1) << x;
+  }
 }
 
 TEST(WitnessTest, WhatTheLinksCantReachUnderIsTold) {

@@ -43,6 +43,23 @@ std::vector<std::string> All(SkeletonSearch& search, SearchStatus* last) {
   }
 }
 
+TEST(ConflictTest, RulesOutWhatItIsAbout) {
+  Conflict conflict;
+  conflict.prefix = {3, 5};
+  EXPECT_TRUE(conflict.RulesOut({3, 5, 1}));
+  EXPECT_FALSE(conflict.RulesOut({3, 1, 5}));
+  EXPECT_FALSE(conflict.RulesOut({3}));
+  conflict.unless = {1, 2};
+  EXPECT_TRUE(conflict.RulesOut({4, 5}));
+  EXPECT_TRUE(conflict.RulesOut({4, 5, 1}));
+  EXPECT_FALSE(conflict.RulesOut({4, 2, 5}));
+  EXPECT_FALSE(conflict.RulesOut({4, 6}));
+  conflict.unless.clear();
+  conflict.anywhere = true;
+  EXPECT_TRUE(conflict.RulesOut({4, 2, 5}));
+  EXPECT_FALSE(conflict.RulesOut({4, 2}));
+}
+
 TEST(SkeletonTest, WorkspaceReachHasThePapersThreeCandidates) {
   SkeletonSearch search(Shipped("workspace_reach"), {.max_actions = 5});
   SearchStatus last;
