@@ -55,6 +55,9 @@ class Context {
   /// Unit vector, in the object's frame, of the outward normal of the face that it stands on or last stood
   /// on.
   virtual Eigen::Vector3d DownFace(const std::string& object) const = 0;
+  /// From where the hand comes to what it grasps at the present step: "down", or what a `graspable` there
+  /// says.
+  virtual const std::string& approach() const = 0;
   /// Picks among the ways for the choice called `key`; the same key gives the same answer within one program.
   /// `options` must not be empty.
   virtual int Choose(const std::string& key, const std::vector<Option>& options) const = 0;

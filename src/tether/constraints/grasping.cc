@@ -23,6 +23,8 @@ using geometry::Part;
 using math::Pose;
 using nlp::Role;
 
+// An axis whose cosine with the vertical is below this is level.
+constexpr double kAlong = 0.1;
 // Room for the fingers to pass beside what they close on, both sides together, m.
 constexpr double kOpeningSlack = 0.005;
 // Room between the palm and the top of what is grasped, m.
@@ -101,6 +103,42 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
   const Vector3d across = closing - grasp.approach_O * grasp.approach_O.dot(closing);
   return HandRotation(grasp.approach_O, across.norm() > 1e-3 ? closing : grasp.approach_O.unitOrthogonal(),
                       R_now);
+}
+
+/// From where the hand may come to a part: unit vectors in the object's frame, along which it moves.
+std::vector<Vector3d> ApproachesTo(const Part& part, const Vector3d& down_O, const std::string& which) {
+  std::vector<Vector3d> all;
+  if (which == "down" || which == "any") all.push_back(down_O);
+  if (which == "down") return all;
+  // Level ones: across the part's sides, and all round what is round.
+  std::vector<Vector3d> level;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d axis = part.X_SP.R.col(i);
+    if (std::abs(axis.dot(down_O)) < kAlong) level.insert(level.end(), {axis, -axis});
+  }
+  if (level.empty()) level = {down_O.unitOrthogonal(), -down_O.unitOrthogonal()};
+  const bool box = std::holds_alternative<geometry::Box>(part.primitive);
+  if (const size_t count = level.size(); !box && count == 4) {
+    for (size_t i = 0; i < 2; ++i) {
+      for (size_t j = 2; j < 4; ++j) level.push_back((level[i] + level[j]).normalized());
+    }
+  }
+  if (which != "side") {
+    for (const Vector3d& direction : level) all.push_back((down_O + direction).normalized());
+  }
+  if (which != "tilted") all.insert(all.end(), level.begin(), level.end());
+  return all;
+}
+
+/// Of the angles between the hand's way and straight down that `which` allows, how far the nearest is off,
+/// rad.
+double ApproachError(double tilt, const std::string& which) {
+  const double quarter = std::numbers::pi / 4;
+  double error = std::numeric_limits<double>::infinity();
+  if (which == "down" || which == "any") error = std::min(error, tilt);
+  if (which == "tilted" || which == "any") error = std::min(error, std::abs(tilt - quarter));
+  if (which == "side" || which == "any") error = std::min(error, std::abs(tilt - 2 * quarter));
+  return error;
 }
 
 /// The ways to take one part, without their scores.
@@ -246,9 +284,11 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const std::string label = "graspable(" + object + ")";
   const Pose X_OH =
       math::Between(context.PoseAt({object, context.step()}), context.PoseAt({kHand, context.step()}));
-  // The hand comes from above the face that the object stands on.
+  // "Down" is towards the face that the object stands on.
   const double tilt = std::acos(std::clamp(X_OH.R.col(2).dot(context.DownFace(object)), -1.0, 1.0));
-  findings.Report(label + ": approach from above", nlp::Unit::kRadian, tilt);
+  const std::string& approach = parameters.Text("approach");
+  findings.Report(label + (approach == "down" ? ": approach from above" : ": approach"), nlp::Unit::kRadian,
+                  ApproachError(tilt, approach));
   // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
   const int index = geometry::DistanceToPoint(*shape, Pose(), X_OH.p).part;
   const Part& part = shape->parts[static_cast<size_t>(index)];
@@ -296,16 +336,27 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
   for (size_t i = 0; i < shape->parts.size(); ++i) {
     const Part& part = shape->parts[i];
     std::vector<Grasp> of_part;
-    for (Grasp& grasp : GraspsOfPart(context, part, context.DownFace(object))) {
-      smallest = std::min(smallest, grasp.width);
-      if (grasp.width > opening) continue;
-      grasp.part = static_cast<int>(i);
-      if (shape->is_compound()) grasp.label = "part " + std::to_string(i + 1) + ", " + grasp.label;
-      grasp.score = ScoreGrasp(context, object, part, grasp);
-      of_part.push_back(std::move(grasp));
+    const std::vector<Vector3d> approaches = ApproachesTo(part, context.DownFace(object), context.approach());
+    for (const Vector3d& approach_O : approaches) {
+      for (Grasp& grasp : GraspsOfPart(context, part, approach_O)) {
+        smallest = std::min(smallest, grasp.width);
+        if (grasp.width > opening) continue;
+        grasp.part = static_cast<int>(i);
+        if (shape->is_compound()) grasp.label = "part " + std::to_string(i + 1) + ", " + grasp.label;
+        if (approaches.size() > 1) {
+          char text[80];
+          const Vector3d along_P = part.X_SP.R.transpose() * approach_O;
+          std::snprintf(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(),
+                        along_P.z());
+          grasp.label += text;
+        }
+        grasp.score = ScoreGrasp(context, object, part, grasp);
+        of_part.push_back(std::move(grasp));
+      }
     }
     std::stable_sort(of_part.begin(), of_part.end(), better);
-    if (of_part.size() > kMostOfPart) of_part.resize(kMostOfPart);
+    const size_t most = kMostOfPart * (approaches.size() > 1 ? 2 : 1);
+    if (of_part.size() > most) of_part.resize(most);
     std::move(of_part.begin(), of_part.end(), std::back_inserter(grasps));
   }
   std::stable_sort(grasps.begin(), grasps.end(), better);
@@ -330,8 +381,11 @@ int GraspedPart(const Context& context, const std::string& object) {
 
 Kind GraspableKind() {
   return {"graspable",
-          "The hand stands so that its two fingers can close on the object: it approaches from above the "
-          "face that the object stands on, "
+          "The hand stands so that its two fingers can close on the object: it approaches straight down, "
+          "towards the "
+          "face that the object stands on, or with `approach: side` level, with `tilted` half-way between, "
+          "with `any` in "
+          "one of these ways, "
           "closes along a direction in which the object fits between the fingers, is centred, its palm is "
           "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
           "object. A hull is held where two of its sides lie "
@@ -340,7 +394,14 @@ Kind GraspableKind() {
           "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
           "Paper A, section VI-B; ERRATA A13",
           {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
-           {"approach", ParameterDoc::Type::kText, false, 0, 0, 0, {"down"}, "direction of approach"}},
+           {"approach",
+            ParameterDoc::Type::kText,
+            false,
+            0,
+            0,
+            0,
+            {"down", "side", "tilted", "any"},
+            "direction of approach"}},
           GuessGraspable,
           BuildGraspable,
           CheckGraspable,

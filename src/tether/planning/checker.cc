@@ -137,7 +137,7 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     collector.BeginStep(t, step.action);
-    const StepContext context(facts, memo, tree, poses, t, step.schema.control, step.schema.target, choose);
+    const StepContext context(facts, memo, tree, poses, t, step, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       if (constraint.kind->check) constraint.kind->check(context, constraint.parameters, collector);
     }

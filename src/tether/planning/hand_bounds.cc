@@ -127,7 +127,7 @@ std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     if (!tree.AddStep(step.schema.control, step.schema.target)) return std::nullopt;
-    const StepContext context(facts, memo, tree, poses, t, step.schema.control, step.schema.target, choose);
+    const StepContext context(facts, memo, tree, poses, t, step, choose);
     located.push_back(Locate(context, step));
     alignments.emplace_back();
     for (const BoundConstraint& constraint : step.constraints) {

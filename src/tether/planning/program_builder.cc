@@ -159,7 +159,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);
     poses.push_back(start.noise > 0 ? X_TC * Noise(random, start.noise) : X_TC);
-    const StepContext context(facts, memo, out.tree, poses, t, control, target, choose);
+    const StepContext context(facts, memo, out.tree, poses, t, step, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       Pose guess = poses.back();
       if (constraint.kind->guess) constraint.kind->guess(context, constraint.parameters, guess);

@@ -57,15 +57,19 @@ const geometry::Shape* SceneFacts::ShapeOf(const std::string& frame) const {
 
 StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& program_memo,
                          const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
-                         std::string control, std::string target, Chooser chooser)
+                         const BoundStep& bound, Chooser chooser)
     : facts_(facts),
       program_memo_(program_memo),
       tree_(tree),
       poses_(poses),
       step_(step),
-      control_(std::move(control)),
-      target_(std::move(target)),
-      chooser_(std::move(chooser)) {}
+      control_(bound.schema.control),
+      target_(bound.schema.target),
+      chooser_(std::move(chooser)) {
+  for (const BoundConstraint& constraint : bound.constraints) {
+    if (constraint.kind->name == "graspable") approach_ = constraint.parameters.Text("approach");
+  }
+}
 
 Eigen::Vector3d StepContext::DownFace(const std::string& object) const {
   // The hand's own down face is its approach direction.

@@ -8,6 +8,7 @@
 #include "tether/constraints/context.h"
 #include "tether/planning/frame_tree.h"
 #include "tether/planning/problem.h"
+#include "tether/planning/skeleton_binding.h"
 
 namespace tether::planning {
 
@@ -46,8 +47,7 @@ class StepContext final : public constraints::Context {
   using Chooser = std::function<int(const std::string& key, const std::vector<constraints::Option>& options)>;
 
   StepContext(const SceneFacts& facts, const constraints::Memo& program_memo, const FrameTree& tree,
-              const std::vector<math::Pose>& poses, int step, std::string control, std::string target,
-              Chooser chooser);
+              const std::vector<math::Pose>& poses, int step, const BoundStep& bound, Chooser chooser);
 
   int step() const override { return step_; }
   const std::string& control() const override { return control_; }
@@ -61,6 +61,7 @@ class StepContext final : public constraints::Context {
   }
   std::string ParentOf(const std::string& object) const override { return tree_.ParentAt(object, step_); }
   Eigen::Vector3d DownFace(const std::string& object) const override;
+  const std::string& approach() const override { return approach_; }
   int Choose(const std::string& key, const std::vector<constraints::Option>& options) const override {
     return chooser_(key, options);
   }
@@ -73,7 +74,7 @@ class StepContext final : public constraints::Context {
   const FrameTree& tree_;
   const std::vector<math::Pose>& poses_;
   int step_;
-  std::string control_, target_;
+  std::string control_, target_, approach_ = "down";
   Chooser chooser_;
 };
 

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/scratch_folder.h"
+#include "tether/common/value.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/checker.h"
@@ -167,6 +169,29 @@ TEST(WitnessTest, WhatTheLinksCantReachUnderIsTold) {
   EXPECT_EQ(report.status, CandidateStatus::kGaveUp);
   EXPECT_THAT(report.reason, HasSubstr("pick(block): "));
   EXPECT_THAT(report.reason, HasSubstr("roof"));
+}
+
+TEST(WitnessTest, UnderARoofTheHandComesFromTheSideIfItMay) {
+  // A wrist above the post would be in the roof.
+  Problem problem = BenchProblem({Box("post", {0.04, 0.04, 0.16}, {0.5, 0, 0.08}, true),
+                                  Box("roof", {0.3, 0.3, 0.02}, {0.62, 0, 0.27}, false)});
+  EXPECT_FALSE(Optimize(problem, {"pick(post)"}).feasible());
+  const std::string file = robot::DataDirectory() + "/models/actions/manipulation.yaml";
+  for (const std::string approach : {"side", "any", "tilted"}) {
+    // Half-way between, the hand itself needs more room.
+    if (approach == "tilted") problem.scene.objects.back().X_ParentObject.p = Vector3d(0.66, 0, 0.34);
+    std::string text = ReadFile(file);
+    text.replace(text.find("approach: down"), 14, "approach: " + approach);
+    const ScratchFolder folder;
+    WriteFile(folder.File("actions.yaml"), text);
+    problem.actions = ReadActions(folder.File("actions.yaml"));
+    const CandidateReport report = Optimize(problem, {"pick(post)"});
+    ASSERT_TRUE(report.feasible()) << approach << ": " << report.reason;
+    EXPECT_TRUE(CheckPlan(problem, report.plan).Feasible(problem.program));
+    // Not straight down.
+    EXPECT_GT(report.plan.steps[0].X_TC.R(2, 2), -0.8);
+    EXPECT_EQ(report.plan.steps[0].q.size(), 7);
+  }
 }
 
 /// Key poses of "pick, place" as planned, but with the hand set down where the arm can't be.
