@@ -76,7 +76,7 @@ class WayChecker {
         there.rest = other.q;
         search_.solver().Solve(there, other);
         if (other.reaches() && other.distance >= kLeastLinkClearance)
-          other_found = FollowAll(stretches, other, &blocked);
+          other_found = FollowAll(stretches, other);
         if (other_found.empty()) posture = other;
       }
     }
@@ -183,12 +183,12 @@ class WayChecker {
   }
 
   std::string FollowAll(const std::vector<Stretch>& stretches, const robot::Posture& from,
-                        const Stretch** blocked) {
+                        const Stretch** blocked = nullptr) {
     for (const Stretch& stretch : stretches) {
       robot::Posture posture = from;
       const std::string problem = Follow(stretch, 0, 1, posture);
       if (problem.empty()) continue;
-      *blocked = &stretch;
+      if (blocked != nullptr) *blocked = &stretch;
       return (stretch.before ? "on the way there, " : "on the way back, ") + problem;
     }
     return "";

@@ -177,9 +177,7 @@ class RowWriter {
 
 }  // namespace
 
-bool NeedsWitnesses(const Problem& problem) {
-  return problem.robot.model != nullptr;
-}
+bool NeedsWitnesses(const Problem& problem) { return problem.robot.model != nullptr; }
 
 void FindWitnesses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
                    KeyPoseProgram& key_poses) {
