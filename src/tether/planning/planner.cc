@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
 #include "tether/planning/relaxed.h"
@@ -136,14 +137,23 @@ class Planner {
     report_.candidates.push_back(std::move(report));
   }
 
-  std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) const {
-    std::vector<int> all;
-    for (int action = 0; action < static_cast<int>(task_.actions().size()); ++action) {
-      for (const BoundStep& step : BindSkeleton(problem_, ActionNames(task_, {action}))) {
-        if (std::find(objects.begin(), objects.end(), step.schema.control) == objects.end()) continue;
-        all.push_back(action);
-        break;
+  /// Ground actions with a step that brings one of these objects somewhere.
+  std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) {
+    if (moved_by_.empty()) {
+      for (const auto& action : task_.actions()) {
+        std::vector<std::string>& moved = moved_by_.emplace_back();
+        const ActionCall call = ParseActionCall(action.name);
+        for (const ActionSchema& schema : problem_.actions) {
+          if (schema.name != call.name) continue;
+          for (const StepSchema& step : BindAction(schema, call.arguments)) moved.push_back(step.control);
+        }
       }
+    }
+    std::vector<int> all;
+    for (size_t action = 0; action < moved_by_.size(); ++action) {
+      const std::vector<std::string>& moved = moved_by_[action];
+      if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
+        all.push_back(static_cast<int>(action));
     }
     return all;
   }
@@ -165,6 +175,8 @@ class Planner {
   int next_index_ = 0;
   std::vector<double> costs_;  // of the feasible ones
   std::vector<task::Conflict> conflicts_;
+  std::vector<std::vector<std::string>>
+      moved_by_;  // The frames that each ground action moves; filled when asked for.
   PlanReport report_;
 };
 
