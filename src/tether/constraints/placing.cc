@@ -104,6 +104,14 @@ std::shared_ptr<const Placement> FindPlacement(const Context& context, const std
   });
 }
 
+/// The same, but null too if a face there is not flat.
+std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
+                                                   const std::string& on) {
+  auto placement = FindPlacement(context, object, on);
+  const bool flat = placement && placement->foot.points.size() >= 3 && placement->support.points.size() >= 3;
+  return flat ? placement : nullptr;
+}
+
 std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
                                        const std::string& by, const Placement& placement, double margin) {
   return context.memo().Get<Demand>("demand(" + object + "," + by + "," + std::to_string(margin) + ")", [&] {
@@ -310,18 +318,25 @@ Tower TowerUnder(const Context& context, const std::string& object) {
   return tower;
 }
 
-/// What lies on each level of the tower stays over it: each pair of neighbours but the topmost, whose centre
-/// of mass `supported` looks at by itself, carries the common centre of mass of all above, `margin` inside of
-/// both faces that meet there, but no further than a share of their size.
-template <typename Use>
-void ForEachLevel(const Context& context, const std::string& object, double margin, Use use) {
+/// What must stay over one level of a tower.
+struct Balance {
+  std::string label;
+  PoseFunctionPtr function;
+  std::vector<FrameAt> frames;
+};
+
+/// Each pair of neighbours in the tower but the topmost, whose centre of mass `supported` looks at by itself,
+/// carries the common centre of mass of all above, `margin` inside of both faces that meet there, but no
+/// further than a share of their size.
+std::vector<Balance> BalancesOf(const Context& context, const std::string& object, double margin) {
+  std::vector<Balance> all;
   const Tower tower = TowerUnder(context, object);
   double mass = 0;
   for (size_t level = 1; level < tower.objects.size(); ++level) {
     mass += tower.masses[level - 1];
     if (level == 1 || mass <= 0) continue;
-    const auto placement = FindPlacement(context, tower.objects[level - 1], tower.objects[level]);
-    if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3) continue;
+    const auto placement = FindFlatPlacement(context, tower.objects[level - 1], tower.objects[level]);
+    if (!placement) continue;
     const double inset =
         std::min({margin, kOfSize * InradiusOf(placement->foot), kOfSize * InradiusOf(placement->support)});
     // Over the carrier's upper face, and over the foot of what stands on it.
@@ -336,9 +351,11 @@ void ForEachLevel(const Context& context, const std::string& object, double marg
         points.push_back(
             {geometry::CentreOfMass(*context.ShapeOf(tower.objects[i])), tower.masses[i] / mass});
       }
-      use("balance on " + tower.objects[level], MakeMeanHalfSpaces(planes, points), frames, inset);
+      all.push_back({"balance on " + tower.objects[level],
+                     MakeMeanHalfSpaces(std::move(planes), std::move(points)), std::move(frames)});
     }
   }
+  return all;
 }
 
 void BuildSupported(const Context& context, const Parameters& parameters, RowSink& sink) {
@@ -359,11 +376,10 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
       "supported(" + object + ", " + by + "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
       rows, {{by, context.step()}, {object, context.step()}}, sink);
   if (context.control() != object) return;
-  ForEachLevel(context, object, kBalance,
-               [&](const std::string& label, PoseFunctionPtr function, std::vector<FrameAt> frames, double) {
-                 sink.Add(Role::kInequality, "supported(" + object + ", " + by + "): " + label,
-                          std::move(function), std::move(frames));
-               });
+  for (Balance& balance : BalancesOf(context, object, kBalance)) {
+    sink.Add(Role::kInequality, "supported(" + object + ", " + by + "): " + balance.label,
+             std::move(balance.function), std::move(balance.frames));
+  }
 }
 
 void CheckSupported(const Context& context, const Parameters& parameters, Findings& findings) {
@@ -380,38 +396,36 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
       geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
   findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
   if (context.control() != object) return;
-  ForEachLevel(context, object, 0,
-               [&](const std::string& label, const PoseFunctionPtr& function,
-                   const std::vector<FrameAt>& frames, double) {
-                 std::vector<Pose> poses;
-                 for (const FrameAt& frame : frames) poses.push_back(context.PoseAt(frame));
-                 Eigen::VectorXd r(function->size());
-                 function->Evaluate(poses, r, nullptr);
-                 findings.Report("supported(" + object + ", " + by + "): " + label, nlp::Unit::kMetre,
-                                 r.maxCoeff());
-               });
+  for (const Balance& balance : BalancesOf(context, object, 0)) {
+    std::vector<Pose> poses;
+    for (const FrameAt& frame : balance.frames) poses.push_back(context.PoseAt(frame));
+    Eigen::VectorXd r(balance.function->size());
+    balance.function->Evaluate(poses, r, nullptr);
+    findings.Report("supported(" + object + ", " + by + "): " + balance.label, nlp::Unit::kMetre,
+                    r.maxCoeff());
+  }
+}
+
+/// Of a `rests_on` whose object this step puts down; null if it does not, or if a face there is not flat.
+std::shared_ptr<const Placement> PlacementHere(const Context& context, const Parameters& parameters) {
+  const std::string& object = parameters.Text("object");
+  const std::string& on = parameters.Text("on");
+  if (context.control() != object || context.target() != on) return nullptr;
+  return FindFlatPlacement(context, object, on);
 }
 
 /// At the height at which it touches, anywhere.
 std::optional<Column> LocateRestsOn(const Context& context, const Parameters& parameters) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
-  if (context.control() != object || context.target() != on) return std::nullopt;
-  const auto placement = FindPlacement(context, object, on);
-  if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3)
-    return std::nullopt;
+  const auto placement = PlacementHere(context, parameters);
+  if (!placement) return std::nullopt;
   const Vector3d& up = placement->support.normal;
   return Column{up * (placement->support.offset + placement->foot.offset), up,
                 std::numeric_limits<double>::infinity(), 0};
 }
 
 std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& parameters) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
-  if (context.control() != object || context.target() != on) return std::nullopt;
-  const auto placement = FindPlacement(context, object, on);
-  if (!placement || placement->foot.points.size() < 3 || placement->support.points.size() < 3)
-    return std::nullopt;
+  const auto placement = PlacementHere(context, parameters);
+  if (!placement) return std::nullopt;
   return Alignment{placement->foot.normal, -placement->support.normal};
 }
 

@@ -86,6 +86,7 @@ Executive::Impl::Impl(const scene::Scene& scene_in,
       posture_search_(model_),
       contact_(options_.contact),
       objects_(scene_.objects.size()),
+      rides_(scene_.objects.size()),
       tau_external_(Eigen::VectorXd::Zero(model_->dof())),
       posture_(model_->home()),
       posture_goal_(model_->home()) {

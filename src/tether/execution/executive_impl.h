@@ -72,8 +72,13 @@ struct Executive::Impl {
   Outcome MonitorPush(bool finished);
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
   bool OutOfReach(const math::Pose& X_TH) const;
-  /// The object was put, or stood at the start, on what is held, or on something that was.
-  bool RidesOnHeld(int object) const;
+  /// The object was put, or stood at the start, on the carrier, or on something that was.
+  bool IsCarriedBy(int carrier, int object) const;
+  /// Notes what rides on what is held.
+  void FindRiders();
+  bool MovesWithHand(int object) const {
+    return held_ != kNone && (object == held_ || rides_[static_cast<size_t>(object)]);
+  }
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
   void Hold();
@@ -105,6 +110,7 @@ struct Executive::Impl {
   PoseReference reference_;
   AttachedFrame frame_;  ///< The frame T that the reference lives in.
   std::vector<FrameTracker> objects_;
+  std::vector<bool> rides_;  ///< On what is held; only while something is.
   std::vector<Bystander> bystanders_;
   std::vector<Bounds> body_bounds_, obstacle_bounds_;
 

@@ -100,7 +100,7 @@ void Executive::Impl::MoveReference() {
     add_body(hand_shape_, math::Pose());
     for (size_t i = 0; i < objects_.size(); ++i) {
       const geometry::Shape& shape = scene_.objects[i].shape;
-      if (static_cast<int>(i) == held_ || RidesOnHeld(static_cast<int>(i))) {
+      if (MovesWithHand(static_cast<int>(i))) {
         add_body(shape, math::Between(X_WH_, objects_[i].X_WF()));
         continue;
       }
@@ -126,27 +126,30 @@ void Executive::Impl::MoveReference() {
   reference_.Advance(X_TWaypoint, limits, options_.period);
 }
 
-bool Executive::Impl::RidesOnHeld(int object) const {
-  if (held_ == kNone) return false;
+bool Executive::Impl::IsCarriedBy(int carrier, int object) const {
   const int last = std::min(step_, static_cast<int>(resolved_.steps.size()) - 1);
   for (size_t hops = 0; hops < objects_.size(); ++hops) {
-    int carrier = kNone;
+    int below = kNone;
     bool moved = false;
     for (int s = last; s >= 0 && !moved; --s) {
       moved = resolved_.steps[static_cast<size_t>(s)].control == object;
-      if (moved) carrier = resolved_.steps[static_cast<size_t>(s)].target.object;
+      if (moved) below = resolved_.steps[static_cast<size_t>(s)].target.object;
     }
     if (!moved) {
       const std::string& parent = scene_.objects[static_cast<size_t>(object)].parent;
       for (size_t i = 0; i < scene_.objects.size(); ++i) {
-        if (scene_.objects[i].name == parent) carrier = static_cast<int>(i);
+        if (scene_.objects[i].name == parent) below = static_cast<int>(i);
       }
     }
-    if (carrier == held_) return true;
-    if (carrier == kNone || carrier == object) return false;
-    object = carrier;
+    if (below == carrier) return true;
+    if (below == kNone || below == object) return false;
+    object = below;
   }
   return false;
+}
+
+void Executive::Impl::FindRiders() {
+  for (size_t i = 0; i < rides_.size(); ++i) rides_[i] = IsCarriedBy(held_, static_cast<int>(i));
 }
 
 void Executive::Impl::AimPosture() {
@@ -168,7 +171,7 @@ void Executive::Impl::AvoidObstacles(control::HandTarget* target) {
     for (size_t i = 0; i < objects_.size(); ++i) {
       const int object = static_cast<int>(i);
       // Contact that the step intends.
-      if (object == held_ || RidesOnHeld(object)) continue;
+      if (MovesWithHand(object)) continue;
       if (known && (object == step().control || object == step().target.object || object == step().tool))
         continue;
       bool far = true;

@@ -318,6 +318,7 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
     return Outcome::kAborted;
   }
   held_ = object;
+  FindRiders();
   held_since_ = time_;
   lost_time_ = 0;
   X_HO_grasp_ = math::Between(X_WH_, X_WO(object));

@@ -13,11 +13,6 @@
 namespace tether::experiment {
 namespace {
 
-std::string Text(const Value& record, const char* key) {
-  const Value* value = record.Find(key);
-  return value == nullptr ? "" : value->AsText();
-}
-
 Value WriteVector(const Eigen::Vector3d& v) {
   Value list = Value::Array();
   for (const double x : v) list.Append(x);
@@ -36,12 +31,7 @@ void WriteRun(const RunReport& run, const std::string& obstacle, Value& record) 
   Value margins = Value::Array();
   for (const Margin& margin : run.margins) {
     if (margin.minimum > 1e200) continue;
-    margins.Append(Value::Object()
-                       .Set("name", margin.name)
-                       .Set("minimum", margin.minimum)
-                       .Set("unit", margin.unit)
-                       .Set("time_s", margin.time)
-                       .Set("what", margin.what));
+    margins.Append(WriteMargin(margin));
     if (margin.name == "clearance to " + obstacle) record.Set("obstacle_margin_m", margin.minimum);
   }
   record.Set("margins", margins);
@@ -108,7 +98,7 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
   Value failures = Value::Array();
   for (const Value* record : records) {
     const long seed = record->Find("seed")->integer();
-    const bool success = Text(*record, "run") == "success";
+    const bool success = TextOf(*record, "run") == "success";
     runs += record->Find("run") != nullptr ? 1 : 0;
     reached += success ? 1 : 0;
     const auto positive = [&](const char* key) {
@@ -123,18 +113,18 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
     }
     if (const Value* margins = record->Find("margins")) {
       for (const Value& margin : margins->items()) {
-        Least& so_far = least[Text(margin, "name")];
+        Least& so_far = least[TextOf(margin, "name")];
         if (margin.Find("minimum")->number() >= so_far.minimum) continue;
-        so_far = {margin.Find("minimum")->number(), Text(margin, "unit"), seed};
+        so_far = {margin.Find("minimum")->number(), TextOf(margin, "unit"), seed};
       }
     }
     if (success) continue;
     const bool ran = record->Find("run") != nullptr;
     failures.Append(Value::Object()
                         .Set("seed", seed)
-                        .Set("planned", Text(*record, "status") == "solved")
-                        .Set("reason", ran ? Text(*record, "run") + ": " + Text(*record, "run_reason")
-                                           : Text(*record, "reason")));
+                        .Set("planned", TextOf(*record, "status") == "solved")
+                        .Set("reason", ran ? TextOf(*record, "run") + ": " + TextOf(*record, "run_reason")
+                                           : TextOf(*record, "reason")));
   }
   Value margins = Value::Array();
   for (const auto& [name, one] : least) {
@@ -154,24 +144,25 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
 }
 
 std::string ControlText(const Value& row) {
-  std::string text = Text(row, "reached") + " of " + Text(row, "runs") + " runs reach the goal, " +
-                     Text(row, "with_retries") + " with retries, " + Text(row, "with_detours") +
+  std::string text = TextOf(row, "reached") + " of " + TextOf(row, "runs") + " runs reach the goal, " +
+                     TextOf(row, "with_retries") + " with retries, " + TextOf(row, "with_detours") +
                      " with detours\n";
   if (const Value* nearest = row.Find("obstacle_margin_m")) {
-    text += "  nearer to the obstacle than the safe distance: " + Text(row, "nearer_than_safe") +
+    text += "  nearer to the obstacle than the safe distance: " + TextOf(row, "nearer_than_safe") +
             " runs; least distance less the safe one " + Fixed(1e3 * nearest->number(), 2) + " mm\n";
   }
   text += "  least margins:\n";
   for (const Value& margin : row.Find("margins")->items()) {
     const double minimum = margin.Find("minimum")->number();
-    const bool metres = Text(margin, "unit") == "m";
-    text += "    " + Text(margin, "name") + ": " +
-            (metres ? Fixed(1e3 * minimum, 1) + " mm" : Fixed(minimum, 4) + " " + Text(margin, "unit")) +
-            ", seed " + Text(margin, "seed") + "\n";
+    const bool metres = TextOf(margin, "unit") == "m";
+    text += "    " + TextOf(margin, "name") + ": " +
+            (metres ? Fixed(1e3 * minimum, 1) + " mm" : Fixed(minimum, 4) + " " + TextOf(margin, "unit")) +
+            ", seed " + TextOf(margin, "seed") + "\n";
   }
   for (const Value& failure : row.Find("failures")->items())
-    text += "  seed " + Text(failure, "seed") +
-            (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + Text(failure, "reason") + "\n";
+    text += "  seed " + TextOf(failure, "seed") +
+            (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + TextOf(failure, "reason") +
+            "\n";
   return text;
 }
 

@@ -12,11 +12,6 @@
 namespace tether::experiment {
 namespace {
 
-std::string Text(const Value& record, const char* key) {
-  const Value* value = record.Find(key);
-  return value == nullptr ? "" : value->AsText();
-}
-
 int PosesNotWitnessed(const planning::Plan& plan) {
   return static_cast<int>(std::count_if(plan.steps.begin(), plan.steps.end(),
                                         [](const planning::PlanStep& step) { return step.q.size() == 0; }));
@@ -65,8 +60,8 @@ Value SummarizeExecution(const std::vector<const Value*>& records) {
   Value failures = Value::Array();
   for (const Value* record : records) {
     if (const Value* time = record->Find("plan_cpu_s")) times.push_back(time->number());
-    const bool solved = Text(*record, "status") == "solved";
-    const bool success = Text(*record, "run") == "success";
+    const bool solved = TextOf(*record, "status") == "solved";
+    const bool success = TextOf(*record, "run") == "success";
     planned += solved ? 1 : 0;
     reached += success ? 1 : 0;
     const Value* retries = record->Find("retries");
@@ -78,8 +73,8 @@ Value SummarizeExecution(const std::vector<const Value*>& records) {
     failures.Append(Value::Object()
                         .Set("seed", record->Find("seed")->integer())
                         .Set("planned", solved)
-                        .Set("reason", solved ? Text(*record, "run") + ": " + Text(*record, "run_reason")
-                                              : Text(*record, "reason")));
+                        .Set("reason", solved ? TextOf(*record, "run") + ": " + TextOf(*record, "run_reason")
+                                              : TextOf(*record, "reason")));
   }
   const Spread spread = SpreadOf(times);
   return Value::Object()
@@ -94,16 +89,17 @@ Value SummarizeExecution(const std::vector<const Value*>& records) {
 
 std::string ExecutionText(const Value& row) {
   const double share = row.Find("reached_share")->number();
-  std::string text = Text(row, "reached") + " of " + Text(row, "planned") +
+  std::string text = TextOf(row, "reached") + " of " + TextOf(row, "planned") +
                      " that were planned reach the goal (" + Fixed(100 * share, 1) + " %), " +
-                     Text(row, "scenes") + " scenes; " + Text(row, "with_retries") + " with retries, " +
-                     Text(row, "not_witnessed") +
+                     TextOf(row, "scenes") + " scenes; " + TextOf(row, "with_retries") + " with retries, " +
+                     TextOf(row, "not_witnessed") +
                      " with key poses that the arm can't take\n  planning, CPU time: median " +
                      Fixed(1e3 * row.Find("plan_cpu_s")->Find("median")->number(), 1) + " ms, p99 " +
                      Fixed(1e3 * row.Find("plan_cpu_s")->Find("p99")->number(), 1) + " ms\n";
   for (const Value& failure : row.Find("failures")->items())
-    text += "  seed " + Text(failure, "seed") +
-            (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + Text(failure, "reason") + "\n";
+    text += "  seed " + TextOf(failure, "seed") +
+            (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + TextOf(failure, "reason") +
+            "\n";
   return text;
 }
 

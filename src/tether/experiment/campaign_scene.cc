@@ -187,6 +187,11 @@ std::optional<MovedScene> MoveOneObject(const scene::Scene& scene, Random random
 
 }  // namespace
 
+std::string TextOf(const Value& record, const char* key) {
+  const Value* value = record.Find(key);
+  return value == nullptr ? "" : value->AsText();
+}
+
 std::string CampaignScene::Label() const {
   return kind + (blocks > 0 ? " of " + std::to_string(blocks) + " blocks" : "") + ", seed " +
          std::to_string(seed);

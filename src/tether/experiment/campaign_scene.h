@@ -21,6 +21,9 @@ struct CampaignScene {
   std::string Label() const;
 };
 
+/// A member of a record as text; empty if it has none of that name.
+std::string TextOf(const Value& record, const char* key);
+
 struct SceneMeasurementOptions {
   int restarts = 100;
   bool ipopt = false;  ///< Also plans with IPOPT, 10 s per solve.

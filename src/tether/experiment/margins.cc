@@ -7,6 +7,16 @@
 #include "tether/geometry/distance.h"
 
 namespace tether::experiment {
+
+Value WriteMargin(const Margin& margin) {
+  return Value::Object()
+      .Set("name", margin.name)
+      .Set("minimum", margin.minimum)
+      .Set("unit", margin.unit)
+      .Set("time_s", margin.time)
+      .Set("what", margin.what);
+}
+
 MarginMonitor::MarginMonitor(const scene::Scene& scene,
                              const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
                              const std::string& robot,

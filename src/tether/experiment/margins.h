@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/common/value.h"
 #include "tether/control/arm_bodies.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/execution/constraint_builder.h"
@@ -25,6 +26,9 @@ struct Margin {
   std::string what;        ///< Which bodies or joint.
   double last = 1e300;     ///< At the last tick.
 };
+
+/// A margin in reports and records: name, minimum, unit, time_s, what.
+Value WriteMargin(const Margin& margin);
 
 /// Measures how well constraints are kept, from the true state: by the geometry of all bodies, without the
 /// controller's rows. One margin per object of a clearance, one per other constraint, then the arm against

@@ -10,6 +10,7 @@
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/bench_task.h"
 #include "tether/experiment/problem.h"
+#include "tether/experiment/test_scenarios.h"
 #include "tether/ltl/parser.h"
 #include "tether/planning/plan_file.h"
 #include "tether/task/skeleton.h"
@@ -58,10 +59,7 @@ class RegionDomainTest : public ::testing::Test {
       const Scenario scenario = Load(text);
       task::Product(MakeTask(scenario), scenario.goal);
     } catch (const InputError& error) {
-      std::string all = error.what();
-      for (size_t at = 0; (at = all.find(folder_ + "/")) != std::string::npos;)
-        all.erase(at, folder_.size() + 1);
-      return all;
+      return Without(error.what(), folder_ + "/");
     }
     return "";
   }

@@ -394,14 +394,7 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
                      .Set("judged_by", fact.geometric ? "geometry" : "effects"));
   }
   Value margins = Value::Array();
-  for (const Margin& margin : report.margins) {
-    margins.Append(Value::Object()
-                       .Set("name", margin.name)
-                       .Set("minimum", margin.minimum)
-                       .Set("unit", margin.unit)
-                       .Set("time_s", margin.time)
-                       .Set("what", margin.what));
-  }
+  for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
   Value snapshots = Value::Array();
   for (const std::string& file : report.snapshots) snapshots.Append(file);
   Value value = OutputHeader("tether.run/1", seed);

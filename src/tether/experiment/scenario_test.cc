@@ -7,6 +7,7 @@
 
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/scene_reader.h"
+#include "tether/experiment/test_scenarios.h"
 
 namespace tether::experiment {
 namespace {
@@ -45,10 +46,7 @@ class ScenarioTest : public ::testing::Test {
     try {
       LoadScenario(Write("s.yaml", text));
     } catch (const InputError& error) {
-      std::string all = error.what();
-      for (size_t at = 0; (at = all.find(folder_ + "/")) != std::string::npos;)
-        all.erase(at, folder_.size() + 1);
-      return all;
+      return Without(error.what(), folder_ + "/");
     }
     return "";
   }
