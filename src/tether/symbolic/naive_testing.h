@@ -129,7 +129,24 @@ inline void Collect(const Problem& problem, const Effect& e, const Facts& before
 struct Step {
   std::string name;
   Facts after;
+  const Action* action = nullptr;
+  std::vector<int> arguments;
 };
+
+/// In millionths, as the problem's metric counts it; an action costs one whole unless costs are minimised.
+inline int64_t CostOf(const Problem& problem, const Step& step) {
+  if (!problem.minimize_cost) return kMillion;
+  int64_t cost = 0;
+  for (const CostTerm& term : step.action->cost) {
+    if (term.function < 0) cost += term.millionths;
+    for (const FunctionValue& value : problem.values) {
+      if (value.function == term.function &&
+          value.arguments == Bind(term.function, term.terms, step.arguments).arguments)
+        cost += value.millionths;
+    }
+  }
+  return cost;
+}
 
 /// Every action that applies, in the order of declaration, and what it leads to.
 inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
@@ -137,7 +154,7 @@ inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
   for (const Action& action : problem.domain->actions) {
     for (const auto& binding : Bindings(problem, action.parameters, {})) {
       if (!Holds(problem, action.precondition, facts, binding)) continue;
-      Step step{action.name + "(", facts};
+      Step step{action.name + "(", facts, &action, binding};
       for (size_t i = 0; i < binding.size(); ++i) {
         step.name += (i > 0 ? "," : "") + problem.objects[static_cast<size_t>(binding[i])].name;
       }

@@ -113,9 +113,9 @@ std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) 
 }
 
 void SkeletonSearch::StartLevel(int64_t cost) {
-  if (distances_of_ != graph_.expanded() || distance_.size() != graph_.states()) {
+  if (distances_of_ != graph_.closed() || distance_.size() != graph_.states()) {
     distance_ = graph_.GoalDistances();
-    distances_of_ = graph_.expanded();
+    distances_of_ = graph_.closed();
   }
   may_come_at_once_ = false;
   level_ = cost;

@@ -134,7 +134,7 @@ class SkeletonSearch {
   double unit_ = 1;                       ///< Of costs.
   bool every_action_costs_1_ = true;
   std::vector<int64_t> distance_;  ///< To the goal, per state of the graph.
-  uint64_t distances_of_ = 0;      ///< Expansions when the distances were computed.
+  uint64_t distances_of_ = 0;      ///< StateGraph::closed() when the distances were computed.
   int64_t level_ = -1;             ///< Cost of the skeletons that are being enumerated.
   int64_t next_level_ = 0;         ///< Least cost beyond `level_` that may have skeletons; kFar if none.
   bool enumerating_ = false;

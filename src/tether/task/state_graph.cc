@@ -143,6 +143,7 @@ int StateGraph::ExpandNext() {
   std::pop_heap(open_.begin(), open_.end(), Worse());
   open_.pop_back();
   Node& node = nodes_[static_cast<size_t>(state)];
+  ++closed_;
   node.is_closed = true;
   if (node.is_goal) {
     goal_cost_ = std::min(goal_cost_, node.cost);

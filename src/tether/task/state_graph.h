@@ -48,6 +48,9 @@ class StateGraph {
   /// Expansions so far, again and again counted; successors made.
   uint64_t expanded() const { return expanded_; }
   uint64_t generated() const { return generated_; }
+  /// Calls of ExpandNext() so far, those that only noted a goal state too: GoalDistances() stay the same as
+  /// long as this does.
+  uint64_t closed() const { return closed_; }
 
   /// Null if no two states are taken for one.
   const Symmetry* symmetry() const { return symmetry_.get(); }
@@ -115,7 +118,7 @@ class StateGraph {
   StateTable table_;
   std::vector<Node> nodes_;
   std::vector<Entry> open_;  ///< A heap.
-  uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0;
+  uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0, closed_ = 0;
   int64_t goal_cost_ = kFar;
   std::vector<int> mapped_;     ///< Landmarks of the state before, with objects exchanged.
   std::vector<int> landmarks_;  ///< Of the states' estimates, one after another.
