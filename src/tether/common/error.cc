@@ -61,6 +61,13 @@ void Diagnostics::Add(const Location& where, std::string message, std::string ac
   list_.push_back({where, std::move(message), std::move(accepted)});
 }
 
+void Diagnostics::Warn(const Location& where, std::string message, std::string accepted) {
+  for (const Diagnostic& known : warnings_) {
+    if (known.message == message && known.where.file == where.file) return;
+  }
+  warnings_.push_back({where, std::move(message), std::move(accepted)});
+}
+
 void Diagnostics::Add(const InputError& error) {
   list_.insert(list_.end(), error.diagnostics().begin(), error.diagnostics().end());
 }

@@ -47,14 +47,18 @@ class Diagnostics {
   /// Adds what `error` holds.
   void Add(const InputError& error);
 
+  /// Something odd that has one meaning all the same: no mistake. The same in one file is said once.
+  void Warn(const Location& where, std::string message, std::string accepted = "");
+
   bool empty() const { return list_.empty(); }
   const std::vector<Diagnostic>& list() const { return list_; }
+  const std::vector<Diagnostic>& warnings() const { return warnings_; }
 
   /// Throws an InputError with everything gathered, sorted by file and line; returns if there is nothing.
   void ThrowIfAny() const;
 
  private:
-  std::vector<Diagnostic> list_;
+  std::vector<Diagnostic> list_, warnings_;
 };
 
 /// The candidate nearest to `word` by edit distance, or empty when none is near enough to be what was meant.

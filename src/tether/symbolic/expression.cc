@@ -33,6 +33,11 @@ class Scanner {
  public:
   Scanner(std::string_view text, const std::string& file) : text_(text), where_{file, 1, 1} {}
 
+  /// Editors write it at the beginning of a file; it is no character of the text.
+  void SkipByteOrderMark() {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+  }
+
   bool done() const { return at_ >= text_.size(); }
   char peek() const { return text_[at_]; }
   const Location& where() const { return where_; }
@@ -88,6 +93,11 @@ std::vector<Expression> ParseExpressions(std::string_view text, const std::strin
   std::optional<Diagnostic> suspect;  // A section inside a section: there a ')' was forgotten.
   Location last_close;
   bool readable = true;
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    diagnostics.Add(scanner.where(), "the file is in UTF-16", "accepted: UTF-8");
+    return {};
+  }
+  scanner.SkipByteOrderMark();
   auto finish = [&](Expression expression) {
     (open.empty() ? done : open.back().items).push_back(std::move(expression));
   };
@@ -119,10 +129,14 @@ std::vector<Expression> ParseExpressions(std::string_view text, const std::strin
       finish(std::move(list));
     } else if (IsWordCharacter(c)) {
       std::string word;
-      while (!scanner.done() && IsWordCharacter(scanner.peek())) {
+      // A '?' can't stand within a name, so that it begins a variable.
+      while (!scanner.done() && IsWordCharacter(scanner.peek()) && (word.empty() || scanner.peek() != '?')) {
         word += scanner.peek();
         scanner.Advance();
       }
+      if (!scanner.done() && scanner.peek() == '?')
+        diagnostics.Warn(scanner.where(),
+                         "a space is missing between '" + word + "' and the variable after it");
       const bool is_section =
           std::find(kSections.begin(), kSections.end(), LowerCase(word)) != kSections.end();
       if (!suspect && is_section && open.size() > 2 && open.back().items.empty()) {

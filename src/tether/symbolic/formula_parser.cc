@@ -39,9 +39,10 @@ bool IsName(std::string_view word) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            static_cast<unsigned char>(c) >= 0x80;
   };
-  if (word.empty() || !(is_letter(word.front()) || word.front() == '_')) return false;
+  const auto is_in = [](char c, std::string_view list) { return list.find(c) != std::string_view::npos; };
+  if (word.empty() || !(is_letter(word.front()) || is_in(word.front(), "_@#$&%"))) return false;
   return std::all_of(word.begin(), word.end(),
-                     [&](char c) { return is_letter(c) || c == '-' || c == '_' || c == '.'; });
+                     [&](char c) { return is_letter(c) || is_in(c, "-_.@#$&%+*/^~!|<>"); });
 }
 
 std::string Suggest(std::string_view word, const std::vector<std::string>& known) {
@@ -61,12 +62,16 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
   std::vector<TypedName> list;
   size_t untyped = 0;     // Names from here on still wait for their type.
   bool has_name = false;  // Since the last type; a bad name counts too.
-  auto type_of = [&](const Expression& e) {
+  auto add_type = [&](const Expression& e, std::vector<int>& types) {
     const int type = e.is_list ? -1 : domain.FindType(e.word);
-    if (type < 0) {
-      diagnostics.Add(e.where, "unknown type " + Show(e), Suggest(e.word, NamesOf(domain.types)));
+    if (type >= 0) {
+      types.push_back(type);
+      return;
     }
-    return std::max(type, 0);
+    const std::string message = "unknown type " + Show(e);
+    const bool said = std::any_of(diagnostics.list().begin(), diagnostics.list().end(),
+                                  [&](const Diagnostic& known) { return known.message == message; });
+    if (!said) diagnostics.Add(e.where, message, Suggest(e.word, NamesOf(domain.types)));
   };
   for (size_t i = first; i < items.size(); ++i) {
     const Expression& item = items[i];
@@ -78,10 +83,10 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
         break;
       }
       if (LowerCase(items[i].head()) == "either") {
-        for (size_t j = 1; j < items[i].items.size(); ++j) types.push_back(type_of(items[i].items[j]));
-        if (types.empty()) diagnostics.Add(items[i].where, "'(either)' without a type");
+        for (size_t j = 1; j < items[i].items.size(); ++j) add_type(items[i].items[j], types);
+        if (items[i].items.size() == 1) diagnostics.Add(items[i].where, "'(either)' without a type");
       } else {
-        types.push_back(type_of(items[i]));
+        add_type(items[i], types);
       }
       for (; untyped < list.size(); ++untyped) list[untyped].types = types;
       has_name = false;
@@ -89,21 +94,32 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
     }
     has_name = true;
     std::string name = item.word;
-    if (kind == NameKind::kVariable) {
+    if (name.size() > 1 && name.front() == '-' && domain.FindType(std::string_view(name).substr(1)) >= 0) {
+      diagnostics.Add(item.where, "a space is missing after the '-' of " + Show(item),
+                      "accepted: - " + name.substr(1));
+      continue;
+    }
+    if (kind != NameKind::kObject) {
       if (item.is_list || name.size() < 2 || name[0] != '?' || !IsName(std::string_view(name).substr(1))) {
         diagnostics.Add(item.where, Show(item) + " is not a variable",
                         "accepted: a name that begins with '?'");
+        // Kept, so that what uses it is not wrong too.
+        if (!item.is_list && kind == NameKind::kDeclared) list.push_back({std::move(name), {}, item.where});
         continue;
       }
       name.erase(0, 1);
     } else if (item.is_list || !IsName(name)) {
       diagnostics.Add(item.where, Show(item) + " is not a name",
-                      "accepted: letters, digits, '-', '_' and '.'");
+                      "accepted: letters, digits, '-', '_', '.' and '@'");
       continue;
     }
-    if (const int twin = FindNamed(list, name); twin >= 0 && kind == NameKind::kVariable) {
-      diagnostics.Add(item.where, "variable '?" + name + "' is declared twice");
-      continue;
+    if (kind != NameKind::kObject && FindNamed(list, name) >= 0) {
+      if (kind == NameKind::kDeclared) {
+        diagnostics.Warn(item.where, "parameter '?" + name + "' is declared twice: they are taken for two");
+      } else {
+        diagnostics.Add(item.where, "variable '?" + name + "' is declared twice");
+        continue;
+      }
     }
     list.push_back({std::move(name), {}, item.where});
   }
@@ -372,13 +388,14 @@ void FormulaParser::ParseIncrease(const Expression& expression) {
                      "'(increase " + Show(expression.items[1]).substr(1) +
                          ": numeric fluents are not supported, except costs",
                      "accepted: (increase (total-cost) …)");
-  } else if (domain_.FindFunction("total-cost") < 0) {
-    diagnostics_.Add(expression.items[1].where, "':functions' does not declare 'total-cost'",
-                     "accepted: (:functions (total-cost) - number)");
   } else if (nested_ > 0 || cost_ == nullptr) {
     diagnostics_.Add(expression.where, "the cost of an action can't depend on the state or on other objects",
                      "accepted: '(increase (total-cost) …)' outside 'when' and 'forall'");
   } else {
+    if (domain_.FindFunction("total-cost") < 0) {
+      diagnostics_.Warn(expression.items[1].where, "':functions' does not declare 'total-cost'",
+                        "(:functions (total-cost) - number)");
+    }
     ParseCost(expression.items[2]);
   }
 }

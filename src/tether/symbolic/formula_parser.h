@@ -9,7 +9,8 @@
 
 namespace tether::symbolic {
 
-/// Whether `word` may name a thing: a letter or digit, then letters, digits, '-', '_' and '.'.
+/// Whether `word` may name a thing: letters, digits, '_', '-', '.', '@' and the like; not '-', '.' or an
+/// operator first.
 bool IsName(std::string_view word);
 
 /// "did you mean 'x'? accepted: x, y or z": what to say of an unknown `word`.
@@ -33,10 +34,15 @@ int FindNamed(const std::vector<Named>& list, std::string_view name) {
 }
 
 /// What a typed list names, for checks and messages.
-enum class NameKind { kVariable, kObject };
+enum class NameKind {
+  kVariable,
+  kDeclared,  ///< Parameters of a predicate or function: variables whose names mean nothing.
+  kObject,
+};
 
 /// Reads `a b - t c - (either u v) d` from `items` starting at `first`. Names without a type get `object`.
-/// Reports unknown types and what is no name; what can't be read is left out.
+/// Reports unknown types and what is no name. What has an unknown type has none, so that nothing follows
+/// from that.
 std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size_t first, NameKind kind,
                                       const Domain& domain, Diagnostics& diagnostics);
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "tether/common/log.h"
 #include "tether/common/value.h"
 #include "tether/symbolic/expression.h"
 #include "tether/symbolic/formula_parser.h"
@@ -116,13 +117,14 @@ void CheckRequirements(const Expression& section, std::vector<std::string>& requ
     };
     if (is_in(kRequirements)) {
       requirements.push_back(word);
-    } else {
-      diagnostics.Add(item.where,
-                      "requirement " +
-                          Quote(item.is_list ? "(" + std::string(item.head()) + " …)" : item.word) +
-                          (is_in(kUnsupportedRequirements) ? " is not supported" : " is unknown"),
-                      Suggest(word, kRequirements));
+      continue;
     }
+    const std::string shown = item.is_list ? "(" + std::string(item.head()) + " …)" : item.word;
+    // What can't be done is said where it is asked for.
+    const bool known = is_in(kUnsupportedRequirements);
+    diagnostics.Warn(item.where,
+                     "requirement " + Quote(shown) + (known ? " is not supported" : " is unknown"),
+                     known ? "" : Suggest(word, kRequirements));
   }
 }
 
@@ -143,66 +145,31 @@ void DropTwins(std::vector<Named>& list, const std::string& what, Diagnostics& d
   list = std::move(kept);
 }
 
-void ParseTypes(const Expression& section, Domain& domain, Diagnostics& diagnostics) {
-  struct Link {
-    int type;
-    std::string parent;
-    Location where;
-  };
-  std::vector<Link> links;
-  std::vector<int> waiting;
-  for (size_t i = 1; i < section.items.size(); ++i) {
-    const Expression& item = section.items[i];
-    if (!item.is_list && item.word == "-") {
-      if (++i >= section.items.size()) {
-        diagnostics.Add(item.where, "'-' without a type after it");
-        break;
-      }
-      const Expression& parent = section.items[i];
-      if (parent.is_list) {
-        diagnostics.Add(parent.where, "a type has one type above it; 'either' is not supported here");
-      } else {
-        for (int type : waiting) links.push_back({type, parent.word, parent.where});
-      }
-      waiting.clear();
+/// The same for constants and objects, which may be declared twice if one of the types is below the other:
+/// that one counts.
+void DropTwinObjects(std::vector<TypedName>& list, const std::string& what, const Domain& domain,
+                     Diagnostics& diagnostics) {
+  std::map<std::string, size_t> seen;
+  std::vector<TypedName> kept;
+  for (TypedName& item : list) {
+    const auto [first, is_new] = seen.emplace(LowerCase(item.name), kept.size());
+    if (is_new) {
+      kept.push_back(std::move(item));
       continue;
     }
-    if (item.is_list || !IsName(item.word)) {
-      diagnostics.Add(item.where, (item.is_list ? "a list" : Quote(item.word)) + " is not the name of a type",
-                      "accepted: letters, digits, '-', '_' and '.'");
-      continue;
-    }
-    const int known = domain.FindType(item.word);
-    if (known == 0) {  // 'object' may be listed; it is there anyhow.
-      continue;
-    }
-    if (known > 0) {
-      diagnostics.Add(item.where, "type " + Quote(item.word) + " is declared twice; first at " +
-                                      domain.types[static_cast<size_t>(known)].where.ToString());
-      continue;
-    }
-    waiting.push_back(static_cast<int>(domain.types.size()));
-    domain.types.push_back({item.word, 0, item.where});
-  }
-  for (const Link& link : links) {
-    const int parent = domain.FindType(link.parent);
-    if (parent < 0) {
-      diagnostics.Add(link.where, "unknown type " + Quote(link.parent),
-                      Suggest(link.parent, NamesOf(domain.types)));
+    TypedName& other = kept[first->second];
+    const std::string message =
+        what + " " + Quote(item.name) + " is declared twice; first at " + other.where.ToString();
+    if (domain.Fits(other.types, item.types)) {
+      diagnostics.Warn(item.where, message);
+    } else if (domain.Fits(item.types, other.types)) {
+      diagnostics.Warn(item.where, message);
+      other.types = item.types;
     } else {
-      domain.types[static_cast<size_t>(link.type)].parent = parent;
+      diagnostics.Add(item.where, message + ", with type " + Quote(domain.TypeText(other.types)));
     }
   }
-  for (size_t i = 1; i < domain.types.size(); ++i) {
-    size_t steps = 0;
-    int above = static_cast<int>(i);
-    while (above > 0 && steps++ <= domain.types.size())
-      above = domain.types[static_cast<size_t>(above)].parent;
-    if (above > 0) {
-      diagnostics.Add(domain.types[i].where, "type " + Quote(domain.types[i].name) + " is above itself");
-      domain.types[i].parent = 0;
-    }
-  }
+  list = std::move(kept);
 }
 
 void ParsePredicates(const Expression& section, Domain& domain, Diagnostics& diagnostics) {
@@ -222,7 +189,7 @@ void ParsePredicates(const Expression& section, Domain& domain, Diagnostics& dia
       continue;
     }
     domain.predicates.push_back({item.items[0].word,
-                                 ParseTypedList(item.items, 1, NameKind::kVariable, domain, diagnostics),
+                                 ParseTypedList(item.items, 1, NameKind::kDeclared, domain, diagnostics),
                                  item.items[0].where});
   }
   DropTwins(domain.predicates, "predicate", diagnostics);
@@ -277,8 +244,8 @@ void ParseAction(const Expression& section, Domain& domain, Diagnostics& diagnos
   domain.actions.push_back(std::move(action));
 }
 
-std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::string& file,
-                                          Diagnostics& diagnostics) {
+std::shared_ptr<Domain> ParseDomain(std::string_view text, const std::string& file,
+                                    Diagnostics& diagnostics) {
   auto domain = std::make_shared<Domain>();
   domain->file = file;
   domain->types.push_back({"object", -1, {}});
@@ -293,7 +260,7 @@ std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::stri
   for (const Expression* s : sections[":types"]) ParseTypes(*s, *domain, diagnostics);
   for (const Expression* s : sections[":constants"]) {
     domain->constants = ParseTypedList(s->items, 1, NameKind::kObject, *domain, diagnostics);
-    DropTwins(domain->constants, "constant", diagnostics);
+    DropTwinObjects(domain->constants, "constant", *domain, diagnostics);
   }
   for (const Expression* s : sections[":predicates"]) ParsePredicates(*s, *domain, diagnostics);
   for (const Expression* s : sections[":functions"]) ParseFunctions(*s, *domain, diagnostics);
@@ -345,9 +312,10 @@ void ParseProblem(std::string_view text, const std::string& file, const Domain& 
   problem.file = file;
   const std::vector<Expression> expressions = ParseExpressions(text, file, diagnostics);
   const size_t mistakes = diagnostics.list().size();
-  auto sections = SortSections(OpenDefinition(expressions, "problem", file, problem.name, diagnostics),
-                               {":domain", ":requirements", ":objects", ":init", ":goal", ":metric"},
-                               {{":constraints", "trajectory constraints are"}}, diagnostics);
+  auto sections =
+      SortSections(OpenDefinition(expressions, "problem", file, problem.name, diagnostics),
+                   {":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"},
+                   {{":constraints", "trajectory constraints are"}}, diagnostics);
   for (const Expression* s : sections[":domain"]) {
     if (s->items.size() != 2 || s->items[1].is_list) {
       diagnostics.Add(s->where, "the name of the domain is missing",
@@ -364,7 +332,7 @@ void ParseProblem(std::string_view text, const std::string& file, const Domain& 
     for (TypedName& object : ParseTypedList(s->items, 1, NameKind::kObject, domain, diagnostics)) {
       problem.objects.push_back(std::move(object));
     }
-    DropTwins(problem.objects, "object", diagnostics);
+    DropTwinObjects(problem.objects, "object", domain, diagnostics);
   }
   for (const Expression* s : sections[":init"]) ParseInit(*s, domain, problem, diagnostics);
   for (const Expression* s : sections[":goal"]) {
@@ -401,6 +369,7 @@ bool Domain::IsSubtype(int type, int ancestor) const {
 }
 
 bool Domain::Fits(const std::vector<int>& own, const std::vector<int>& accepted) const {
+  if (accepted.empty()) return true;  // Of an unknown type.
   return std::all_of(own.begin(), own.end(), [&](int type) {
     return std::any_of(accepted.begin(), accepted.end(), [&](int above) { return IsSubtype(type, above); });
   });
@@ -415,8 +384,9 @@ std::string Domain::TypeText(const std::vector<int>& list) const {
 
 std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::string& file) {
   Diagnostics diagnostics;
-  std::shared_ptr<const Domain> domain = ParseDomain(text, file, diagnostics);
+  const std::shared_ptr<Domain> domain = ParseDomain(text, file, diagnostics);
   diagnostics.ThrowIfAny();
+  domain->warnings = diagnostics.warnings();
   return domain;
 }
 
@@ -427,6 +397,7 @@ std::shared_ptr<const Problem> ParseProblem(std::string_view text, const std::st
   ParseProblem(text, file, *domain, *problem, diagnostics);
   diagnostics.ThrowIfAny();
   problem->domain = std::move(domain);
+  problem->warnings = diagnostics.warnings();
   return problem;
 }
 
@@ -454,6 +425,8 @@ std::shared_ptr<const Problem> ReadProblem(const std::string& domain_file, const
   }
   diagnostics.ThrowIfAny();
   problem->domain = std::move(domain);
+  problem->warnings = diagnostics.warnings();
+  for (const Diagnostic& warning : problem->warnings) LogWarning(warning.ToString());
   return problem;
 }
 

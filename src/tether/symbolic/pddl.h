@@ -72,6 +72,7 @@ struct Domain {
   /// Per predicate: 0 if actions may change it, else its stratum. A derived predicate's bodies refer to its
   /// own stratum without negation, and otherwise to lower ones.
   std::vector<int> strata;
+  std::vector<Diagnostic> warnings;  ///< What is odd and has one meaning all the same.
 
   /// Index by name, -1 if there is none.
   int FindType(std::string_view name) const;
@@ -113,6 +114,7 @@ struct Problem {
   std::vector<FunctionValue> values;  ///< In file order.
   bool minimize_cost = false;  ///< `(:metric minimize (total-cost))`; without it, every action costs 1.
   Formula goal;
+  std::vector<Diagnostic> warnings;  ///< As in Domain.
 
   /// Index by name, -1 if there is none.
   int FindObject(std::string_view name) const;
@@ -125,7 +127,8 @@ std::shared_ptr<const Domain> ParseDomain(std::string_view text, const std::stri
 std::shared_ptr<const Problem> ParseProblem(std::string_view text, const std::string& file,
                                             std::shared_ptr<const Domain> domain);
 
-/// Reads both files; the mistakes of both are thrown together, as far as the domain can be understood.
+/// Reads both files; the mistakes of both are thrown together, as far as the domain can be understood. Logs
+/// warnings.
 std::shared_ptr<const Problem> ReadProblem(const std::string& domain_file, const std::string& problem_file);
 
 /// The same problem with another goal, given as a PDDL formula. Lines and columns in errors count from

@@ -41,7 +41,7 @@ void ParseFunctions(const Expression& section, Domain& domain, Diagnostics& diag
       continue;
     }
     domain.functions.push_back({item.items[0].word,
-                                ParseTypedList(item.items, 1, NameKind::kVariable, domain, diagnostics),
+                                ParseTypedList(item.items, 1, NameKind::kDeclared, domain, diagnostics),
                                 item.items[0].where});
     if (LowerCase(item.head()) == "total-cost" && item.items.size() > 1) {
       diagnostics.Add(item.where, "'total-cost' has no parameters", "accepted: (total-cost) - number");
@@ -58,13 +58,13 @@ void ParseValue(const Expression& item, Problem& problem, const Domain& domain, 
   const Expression& function = item.items[1];
   const int64_t millionths =
       ParseNumber(item.items[2], "the value of " + Quote(function.head()), diagnostics);
+  if (IsTotalCost(function)) return;  // Where costs begin makes no difference.
   const int index = domain.FindFunction(function.head());
   if (index < 0) {
     diagnostics.Add(function.where, "unknown function " + Quote(function.head()),
                     Suggest(function.head(), NamesOf(domain.functions)));
     return;
   }
-  if (IsTotalCost(function)) return;  // Where costs begin makes no difference.
   const Function& known = domain.functions[static_cast<size_t>(index)];
   std::vector<Term> terms;
   FormulaParser parser(domain, problem.objects, {}, diagnostics);
@@ -83,14 +83,18 @@ void ParseValue(const Expression& item, Problem& problem, const Domain& domain, 
 void ParseMetric(const Expression& section, Problem& problem, const Domain& domain,
                  Diagnostics& diagnostics) {
   const char* const form = "accepted: (:metric minimize (total-cost))";
-  if (section.items.size() != 3 || LowerCase(section.items[1].word) != "minimize" ||
-      !IsTotalCost(section.items[2])) {
-    diagnostics.Add(section.where, "only the total cost of actions can be minimised", form);
-  } else if (domain.FindFunction("total-cost") < 0) {
-    diagnostics.Add(section.items[2].where, "the domain's ':functions' does not declare 'total-cost'",
-                    "accepted: (:functions (total-cost) - number)");
-  } else {
+  const bool minimize = section.items.size() == 3 && LowerCase(section.items[1].word) == "minimize";
+  const std::string what = minimize ? LowerCase(section.items[2].head()) : "";
+  if (minimize && IsTotalCost(section.items[2])) {
+    if (domain.FindFunction("total-cost") < 0) {
+      diagnostics.Warn(section.items[2].where, "the domain's ':functions' does not declare 'total-cost'",
+                       "(:functions (total-cost) - number)");
+    }
     problem.minimize_cost = true;
+  } else if (minimize && (what == "total-time" || LowerCase(section.items[2].word) == "total-time")) {
+    diagnostics.Warn(section.where, "actions have no durations here: their number is minimised", form);
+  } else {
+    diagnostics.Add(section.where, "only the total cost of actions can be minimised", form);
   }
 }
 
@@ -102,6 +106,14 @@ void ParseDerived(const Expression& section, Domain& domain, Diagnostics& diagno
   }
   const Expression& head = section.items[1];
   const int index = domain.FindPredicate(head.head());
+  if (index < 0 && LowerCase(head.head()) == "not") {
+    diagnostics.Add(
+        head.where,
+        "a rule can't say where a predicate does not hold: a derived predicate holds where one of its "
+        "rules says so, and nowhere else",
+        form);
+    return;
+  }
   if (index < 0) {
     diagnostics.Add(head.items[0].where, "unknown predicate " + Quote(head.head()),
                     Suggest(head.head(), NamesOf(domain.predicates)));

@@ -8,6 +8,9 @@ namespace tether::symbolic {
 /// Readers of the sections that costs and derived predicates stand in. Mistakes are reported, and what is
 /// wrong is left out.
 
+/// `(:types truck - vehicle place vehicle)`: a tree below `object`.
+void ParseTypes(const Expression& section, Domain& domain, Diagnostics& diagnostics);
+
 /// `(:functions (total-cost) (distance ?a ?b - place) - number)`.
 void ParseFunctions(const Expression& section, Domain& domain, Diagnostics& diagnostics);
 
