@@ -67,7 +67,7 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
       ->type_name("NAME");
   command
       .add_option("--max-iterations", overrides.max_iterations,
-                  "Iterations of one solve of a candidate's key poses (default 1000)")
+                  "Iterations of one solve of a candidate's key poses, in the solver's own unit (default: what it needs)")
       ->type_name("N");
 }
 

@@ -7,6 +7,7 @@
 #include "tether/experiment/automaton.h"
 #include "tether/ltl/cosafe.h"
 #include "tether/ltl/parser.h"
+#include "tether/planning/effort.h"
 #include "tether/planning/relaxed.h"
 #include "tether/robot/model.h"
 
@@ -130,7 +131,9 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.search.cheapest_only = HasRelaxedActions(scenario);
   problem.search.max_actions = overrides.max_actions.value_or(
       scenario.task.max_actions.value_or(problem.search.cheapest_only ? 0 : kMaxActions));
-  problem.program.solver.max_iterations = overrides.max_iterations.value_or(settings.max_iterations);
+  problem.program.max_iterations =
+      overrides.max_iterations ? overrides.max_iterations : settings.max_iterations;
+  problem.program.solver.max_iterations = planning::EffortOf(problem.program).again;
   problem.search.max_plans = overrides.max_plans.value_or(settings.max_plans);
   const bool one = problem.search.cheapest_only || problem.search.method == planning::SearchMethod::kGreedy;
   if (one && problem.search.max_plans == 0) problem.search.max_plans = 1;

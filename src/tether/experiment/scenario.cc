@@ -445,8 +445,8 @@ class ScenarioParser {
         ReadCount(reader, "threads", planning.threads, 0, "a number of threads; 0: all processors");
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
-    planning.max_iterations =
-        ReadCount(reader, "max_iterations", planning.max_iterations, 1, "a whole number above zero");
+    if (reader.Optional("max_iterations") != nullptr)
+      planning.max_iterations = ReadCount(reader, "max_iterations", 1, 1, "a whole number above zero");
     reader.Finish();
   }
 

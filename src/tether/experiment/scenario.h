@@ -9,7 +9,6 @@
 
 #include "tether/control/constraint_spec.h"
 #include "tether/experiment/events.h"
-#include "tether/nlp/solver.h"
 #include "tether/planning/action.h"
 #include "tether/robot/model.h"
 #include "tether/scene/scene.h"
@@ -53,7 +52,8 @@ struct PlanningSettings {
   int max_plans = 0;                                   ///< Ends after so many candidates; 0: no limit.
   int threads = 0;                                     ///< 0: as many as there are processors.
   double time_limit_s = 0;                             ///< Wall clock; 0: no limit.
-  int max_iterations = nlp::Options().max_iterations;  ///< Of one solve.
+  /// Of one solve, in the solver's own unit; none: what the solver needs (planning::EffortOf).
+  std::optional<int> max_iterations;
 };
 
 struct ExecutionSettings {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,9 @@ struct ProgramOptions {
   double feasible_m = 1e-3;         ///< What the checker lets pass, m …
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
-  nlp::Options solver;
+  nlp::Options solver;  ///< But for max_iterations: see below.
+  /// Of one solve, in the backend's own unit; none: what the backend needs (EffortOf).
+  std::optional<int> max_iterations;
   int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.
