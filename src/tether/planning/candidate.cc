@@ -51,7 +51,7 @@ class CandidateRun {
         index_(index),
         limits_(limits),
         effort_(EffortOf(problem_.program)),
-        random_(Random(problem_.search.seed).Split("candidate " + std::to_string(index))) {
+        random_(Random(problem_.search.seed).Split("candidate 0")) {
     report_.plan.actions = actions_;
     report_.plan.scenario = problem_.title;
     report_.plan.robot = problem_.robot.name;
