@@ -10,6 +10,7 @@
 #include "tether/common/log.h"
 #include "tether/planning/effort.h"
 #include "tether/planning/hand_bounds.h"
+#include "tether/planning/packing.h"
 #include "tether/planning/ways.h"
 #include "tether/planning/witness_rows.h"
 
@@ -26,6 +27,8 @@ constexpr double kLeastSuspicious = 1e-3;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
 constexpr size_t kMostRivals = 2;
+// So many arrangements of the objects that share a support.
+constexpr int kArrangements = 16;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -70,7 +73,7 @@ class CandidateRun {
     const Way first = DescribeWay(facts_, {}, key_poses);
     if (first.promising && Try(first, key_poses)) {
       TryRivals(first);
-    } else {
+    } else if (!TryArrangements()) {
       TryWays(first.promising);
     }
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
@@ -157,6 +160,27 @@ class CandidateRun {
       KeyPoseProgram key_poses = BuildProgram(facts_, steps_, rivals[i].variant, {.near = kNear});
       if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, effort_.first);
     }
+  }
+
+  /// Where several objects come onto one support: from places for all of them that were found together.
+  bool TryArrangements() {
+    const KeyPoseProgram guess = BuildProgram(facts_, steps_, {}, {.guess_only = true});
+    if (!guess.refutations.empty()) return false;
+    const Packing packing(facts_, steps_, guess);
+    for (int attempt = 0; packing.IsNeeded() && attempt < kArrangements && !limits_.Over(); ++attempt) {
+      auto arrangement =
+          packing.Arrange(attempt, random_.Split("arrangement " + std::to_string(attempt)));
+      if (!arrangement) continue;
+      ProgramStart start;
+      start.near = kNear;
+      start.tight = arrangement->tight;
+      start.placed = std::move(arrangement->placed);
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, start);
+      if (!key_poses.refutations.empty()) continue;
+      all_refuted_ = false;
+      if (SolveAndJudge(key_poses, attempt, effort_.restart)) return true;
+    }
+    return false;
   }
 
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
