@@ -211,10 +211,10 @@ void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int(
       one->add_option("--blocks", parameters.blocks, "Number of blocks, 2 to 8 (default 3)")->type_name("N");
     }
     if (kind == "sort" || kind == "bin" || kind == "clutter" || kind == "crowd") {
-      const std::string text = kind == "clutter" ? "Number of obstacles, 0 to 12 (default 6)"
+      const std::string what = kind == "clutter" ? "Number of obstacles, 0 to 12 (default 6)"
                                : kind == "crowd" ? "Number of things that stand around, 0 to 200 (default 6)"
                                                  : "Number of things, 1 to 8 (default 6)";
-      one->add_option("--objects", parameters.objects, text)->type_name("N");
+      one->add_option("--objects", parameters.objects, what)->type_name("N");
     }
     if (kind == "sort") {
       one->add_option("--regions", parameters.regions, "Number of trays, 1 to 4 (default 2)")->type_name("M");

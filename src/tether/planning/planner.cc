@@ -28,6 +28,10 @@ std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vect
 constexpr int kMostPassedOver = 1000;
 // A plan that costs less by no more than this share is not called better.
 constexpr double kBetter = 1e-6;
+// So many orders of independent actions are looked at for one that is shorter, by a lower bound on its cost
+// that is at most this share of the first one's.
+constexpr int kMostOrders = 300;
+constexpr double kMuchShorter = 0.98;
 
 /// The outer loop: sequences come from the task search in its order. Each waits for those of its parts that
 /// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is passed
@@ -156,12 +160,12 @@ class Planner {
            same_actions->second.contains(subsequences_.NormalOrder(actions));
   }
 
-  void DealWith(Candidate& candidate) {
+  void DealWith(Candidate& candidate, bool in_any_order = false) {
     const std::vector<int>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
     const bool needless = HasPlanAsPart(candidate);
     if (ended_ || limits_.Over()) return;
-    if (needless || IsOtherOrder(actions)) {
+    if (needless || (!in_any_order && IsOtherOrder(actions))) {
       PassOver(actions, needless);
       return;
     }
@@ -172,7 +176,7 @@ class Planner {
     passed_over_ = 0;
     double bound = 0;
     if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only)
-      bound = LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
+      bound = BoundOf(actions);
     // It can't be among the best.
     if (EnoughWithout(bound)) {
       fates_[actions] = Fate::kPassedOver;
@@ -182,6 +186,40 @@ class Planner {
     Verdict verdict =
         candidate.verdict.valid() ? candidate.verdict.get() : Optimize(actions, candidate.index);
     Take(actions, bound, std::move(verdict));
+    // The order matters where another one seems to be shorter.
+    if (in_any_order || AllWanted() || problem_.search.cheapest_only || FirstIsEnough() ||
+        fates_.at(actions) != Fate::kFeasible)
+      return;
+    Candidate shorter{ShorterOrder(actions), candidate.index};
+    if (shorter.actions.empty() || fates_.contains(shorter.actions)) return;
+    source_.Exclude(shorter.actions);
+    DealWith(shorter, true);
+  }
+
+  double BoundOf(const std::vector<int>& actions) const {
+    return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
+  }
+
+  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if there
+  /// is none.
+  std::vector<int> ShorterOrder(const std::vector<int>& actions) {
+    std::vector<int> best = actions;
+    double first = -1, least = 0;
+    int left = kMostOrders;
+    for (bool better = true; better && left > 0 && !limits_.Over();) {
+      better = false;
+      for (std::vector<int>& other : subsequences_.Exchanged(best)) {
+        if (first < 0) first = least = BoundOf(best);
+        if (left-- <= 0) break;
+        const double bound = BoundOf(other);
+        if (bound >= least * (1 - kBetter)) continue;
+        least = bound;
+        best = std::move(other);
+        better = true;
+        break;
+      }
+    }
+    return least < kMuchShorter * first ? best : std::vector<int>();
   }
 
   void PassOver(const std::vector<int>& actions, bool needless) {

@@ -5,6 +5,14 @@
 #include <utility>
 
 namespace tether::planning {
+namespace {
+
+template <typename T>
+auto At(std::vector<T>& values, size_t index) {
+  return values.begin() + static_cast<std::ptrdiff_t>(index);
+}
+
+}  // namespace
 
 Subsequences::Subsequences(std::unique_ptr<task::Product> product)
     : product_(std::move(product)), start_(product_->Start()) {}
@@ -96,22 +104,15 @@ Subsequences::States Subsequences::Trace(const std::vector<int>& actions) {
   return states;
 }
 
-std::vector<int> Subsequences::NormalOrder(std::vector<int> actions) {
-  if (!start_) return actions;
-  States states = Trace(actions);
-  if (states.size() != actions.size() + 1) return actions;
-  while (ExchangeOnce(actions, states)) {
-  }
-  return actions;
-}
-
-bool Subsequences::ExchangeOnce(std::vector<int>& actions, States& states) {
+template <typename Want, typename Visit>
+void Subsequences::ForEachExchange(const std::vector<int>& actions, const States& states, Want want,
+                                   Visit visit) {
   const size_t n = actions.size();
   States between;
   symbolic::State next;
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = i + 1; j < n; ++j) {
-      if (actions[j] >= actions[i] || !Step(actions[j], states[i], next)) continue;
+      if (!want(actions[i], actions[j]) || !Step(actions[j], states[i], next)) continue;
       // The second part first, as long as it can be; then the first one.
       between = {next};
       for (size_t k = j + 1; k <= n; ++k) {
@@ -121,20 +122,47 @@ bool Subsequences::ExchangeOnce(std::vector<int>& actions, States& states) {
           done = !product_->IsGoal(between.back()) && Step(actions[l], between.back(), next);
           if (done) between.push_back(next);
         }
-        if (done && between.back() == states[k]) {
-          std::rotate(actions.begin() + static_cast<std::ptrdiff_t>(i),
-                      actions.begin() + static_cast<std::ptrdiff_t>(j),
-                      actions.begin() + static_cast<std::ptrdiff_t>(k));
-          std::copy(between.begin(), between.end(), states.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-          return true;
-        }
+        if (done && between.back() == states[k] && !visit(i, j, k, between)) return;
         between.resize(second);
         if (k == n || product_->IsGoal(between.back()) || !Step(actions[k], between.back(), next)) break;
         between.push_back(next);
       }
     }
   }
-  return false;
+}
+
+std::vector<int> Subsequences::NormalOrder(std::vector<int> actions) {
+  if (!start_) return actions;
+  States states = Trace(actions);
+  if (states.size() != actions.size() + 1) return actions;
+  for (bool changed = true; changed;) {
+    changed = false;
+    ForEachExchange(
+        actions, states, [](int first, int second) { return second < first; },
+        [&](size_t i, size_t j, size_t k, const States& between) {
+          std::rotate(At(actions, i), At(actions, j), At(actions, k));
+          std::copy(between.begin(), between.end(), At(states, i + 1));
+          changed = true;
+          return false;
+        });
+  }
+  return actions;
+}
+
+std::vector<std::vector<int>> Subsequences::Exchanged(const std::vector<int>& actions) {
+  std::vector<std::vector<int>> all;
+  if (!start_) return all;
+  const States states = Trace(actions);
+  if (states.size() != actions.size() + 1) return all;
+  ForEachExchange(
+      actions, states, [](int, int) { return true; },
+      [&](size_t i, size_t j, size_t k, const States&) {
+        std::vector<int> other = actions;
+        std::rotate(At(other, i), At(other, j), At(other, k));
+        all.push_back(std::move(other));
+        return true;
+      });
+  return all;
 }
 
 }  // namespace tether::planning

@@ -35,6 +35,8 @@ class Subsequences {
   /// first. Where such exchanges block one another there may be several, so that different forms prove
   /// nothing.
   std::vector<int> NormalOrder(std::vector<int> actions);
+  /// Every sequence that one such exchange leads to.
+  std::vector<std::vector<int>> Exchanged(const std::vector<int>& actions);
 
  private:
   using States = std::vector<symbolic::State>;
@@ -48,8 +50,10 @@ class Subsequences {
   bool Revisits(const std::vector<int>& actions);
   /// The states that a sequence goes through, the first included; shorter if it can't be done.
   States Trace(const std::vector<int>& actions);
-  /// Exchanges two adjacent parts that begin in wrong order; false if there are none.
-  bool ExchangeOnce(std::vector<int>& actions, States& states);
+  /// Visits adjacent parts [i, j) and [j, k), whose first actions are wanted, that can be exchanged, with the
+  /// states then after each of their actions. `visit` returns false to end.
+  template <typename Want, typename Visit>
+  void ForEachExchange(const std::vector<int>& actions, const States& states, Want want, Visit visit);
 
   std::unique_ptr<task::Product> product_;
   std::optional<symbolic::State> start_;

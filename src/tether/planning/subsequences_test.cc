@@ -165,6 +165,8 @@ TEST_F(SubsequencesTest, OrdersOfIndependentPartsHaveOneForm) {
     forms.insert(normal(blocks));
   } while (std::next_permutation(blocks.begin(), blocks.end()));
   EXPECT_EQ(forms.size(), 1u);
+  // Each exchange of two neighbours, and of longer parts.
+  EXPECT_EQ(subsequences_->Exchanged(Numbers({"pick(a)", "put(a,tray)", "pick(b)", "put(b,tray)"})).size(), 1u);
   // What comes last on a block depends on the order.
   EXPECT_NE(Text(subsequences_->NormalOrder(Numbers({"pick(a)", "put(a,bin)", "pick(a)", "put(a,tray)"}))),
             Text(subsequences_->NormalOrder(Numbers({"pick(a)", "put(a,tray)", "pick(a)", "put(a,bin)"}))));
