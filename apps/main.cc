@@ -86,7 +86,7 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
       ->type_name("NAME");
   command
       .add_option("--max-iterations", overrides.max_iterations,
-                  "Iterations of one solve of a candidate's key poses (default 1000)")
+                  "Iterations of one solve of a candidate's key poses, in the solver's own unit (default: what it needs)")
       ->type_name("N");
 }
 
@@ -96,7 +96,7 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
   AddPlanningOptions(*command, arguments.overrides);
   command
       ->add_option("--max-plans", arguments.overrides.max_plans,
-                   "Only the best so many: what can't be among them is pruned; 0: all")
+                   "Only the best so many: what can't be among them is pruned; 0: all there are")
       ->type_name("K");
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");
@@ -229,12 +229,11 @@ void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int(
     if (kind == "hanoi" || kind == "stack") {
       one->add_option("--blocks", parameters.blocks, "Number of blocks, 2 to 8 (default 3)")->type_name("N");
     }
-    if (kind == "sort" || kind == "clutter") {
-      const bool sort = kind == "sort";
-      one->add_option(
-             "--objects", parameters.objects,
-             sort ? "Number of things, 1 to 8 (default 6)" : "Number of obstacles, 0 to 12 (default 6)")
-          ->type_name("N");
+    if (kind == "sort" || kind == "bin" || kind == "clutter" || kind == "crowd") {
+      const std::string what = kind == "clutter" ? "Number of obstacles, 0 to 12 (default 6)"
+                               : kind == "crowd" ? "Number of things that stand around, 0 to 200 (default 6)"
+                                                 : "Number of things, 1 to 8 (default 6)";
+      one->add_option("--objects", parameters.objects, what)->type_name("N");
     }
     if (kind == "sort") {
       one->add_option("--regions", parameters.regions, "Number of trays, 1 to 4 (default 2)")->type_name("M");

@@ -1,5 +1,7 @@
 #include "tether/constraints/pose_function.h"
 
+#include "tether/constraints/path_length.h"
+
 #include <functional>
 #include <string>
 
@@ -95,6 +97,8 @@ std::vector<Named> AllFunctions() {
        }},
       {"Travel", [](Random&) { return MakeTravel(0.7); }},
       {"Turn", [](Random&) { return MakeTurn(1.2); }},
+      {"LengthOfTravel", [](Random&) { return MakeRootOfLength(MakeTravel(0.7)); }},
+      {"LengthOfTurn", [](Random&) { return MakeRootOfLength(MakeTurn(1.2)); }},
   };
 }
 

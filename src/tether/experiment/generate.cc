@@ -35,7 +35,9 @@ std::vector<std::pair<std::string, std::string>> GeneratorKinds() {
           {"reach", "a box out of reach (or, in a quarter of all scenes, within), a hook and a shelf"},
           {"stack", "random boxes to be stacked in a given order"},
           {"sort", "random boxes to be put onto the trays of their kinds"},
-          {"clutter", "a box to be taken from among obstacles"}};
+          {"bin", "cubes to be put into a bin with walls"},
+          {"clutter", "a box to be taken from among obstacles"},
+          {"crowd", "a box to be moved where many things stand around"}};
 }
 
 GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& parameters, uint64_t seed) {
@@ -64,6 +66,16 @@ GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& p
     RequireRange("--regions", parameters.regions, 1, 4, "what the bench has room for", diagnostics);
     diagnostics.ThrowIfAny();
     return GenerateSort(parameters.objects, parameters.regions, seed);
+  }
+  if (kind == "bin") {
+    RequireRange("--objects", parameters.objects, 1, 8, "what the bin has room for", diagnostics);
+    diagnostics.ThrowIfAny();
+    return GenerateBin(parameters.objects, seed);
+  }
+  if (kind == "crowd") {
+    RequireRange("--objects", parameters.objects, 0, 200, "what stands around", diagnostics);
+    diagnostics.ThrowIfAny();
+    return GenerateCrowd(parameters.objects, seed);
   }
   if (kind == "clutter") {
     RequireRange("--objects", parameters.objects, 0, 12, "what fits around the target", diagnostics);

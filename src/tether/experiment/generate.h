@@ -12,7 +12,7 @@ namespace tether::experiment {
 /// How large a generated scene is. Each kind reads only what concerns it; see GeneratorKinds().
 struct GeneratorParameters {
   int blocks = 3;   ///< hanoi: 2 to 8; stack: 2 to 8.
-  int objects = 6;  ///< sort: 1 to 8; clutter: 0 to 12 obstacles.
+  int objects = 6;  ///< sort, bin: 1 to 8; clutter: 0 to 12, crowd: 0 to 200 obstacles.
   int regions = 2;  ///< sort: 1 to 4 trays.
 };
 
@@ -24,7 +24,7 @@ struct GeneratedScenario {
   std::string problem;   ///< PDDL
 };
 
-/// The kinds of scenes, each with one line of explanation: hanoi, reach, stack, sort, clutter.
+/// The kinds of scenes, each with one line of explanation: hanoi, reach, stack, sort, bin, clutter, crowd.
 std::vector<std::pair<std::string, std::string>> GeneratorKinds();
 
 /// A random scene. The same kind, parameters and seed give the same texts, byte for byte, on every platform;

@@ -74,6 +74,8 @@ GeneratedScenario GenerateHanoi(int blocks, uint64_t seed);
 GeneratedScenario GenerateReach(uint64_t seed);
 GeneratedScenario GenerateStack(int blocks, uint64_t seed);
 GeneratedScenario GenerateSort(int objects, int regions, uint64_t seed);
+GeneratedScenario GenerateBin(int objects, uint64_t seed);
 GeneratedScenario GenerateClutter(int objects, uint64_t seed);
+GeneratedScenario GenerateCrowd(int objects, uint64_t seed);
 
 }  // namespace tether::experiment

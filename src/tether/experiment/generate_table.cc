@@ -1,4 +1,4 @@
-// Scenes of boxes on a bench: stack, sort, clutter.
+// Scenes of boxes on a bench: stack, sort, bin, clutter, crowd.
 
 #include <algorithm>
 #include <cassert>
@@ -237,6 +237,112 @@ GeneratedScenario GenerateSort(int objects, int regions, uint64_t seed) {
                               " - thing\n    " + Joined(trays) + " - tray)\n  (:init" + init +
                               ")\n  (:goal (and" + goal + ")))\n";
   return {draft.Write(), kSortDomain, problem};
+}
+
+GeneratedScenario GenerateBin(int objects, uint64_t seed) {
+  const Random random = Random(seed).Split("bin");
+  SceneDraft draft = MakeDraft("A bin for " + std::to_string(objects),
+                               "bin --objects " + std::to_string(objects), seed);
+  draft.about = "All cubes go into the bin, in any order: the first plan is taken.";
+  draft.max_actions = 2 * objects;
+  draft.max_plans = 1;
+  Random sizes = random.Split("bin's size");
+  const double inside = DrawLength(sizes, 0.23, 0.26), height = DrawLength(sizes, 0.06, 0.08);
+  const double side = sizes.Index(2) == 0 ? 1 : -1;
+  constexpr double kFloor = 0.01, kWall = 0.01;
+  const auto wall = [&](const Eigen::Vector3d& size, const Eigen::Vector3d& p) {
+    return geometry::Part{geometry::Box{size}, math::Pose(p)};
+  };
+  const double outside = inside + 2 * kWall, middle = 0.5 * (inside + kWall);
+  const double level = kFloor + 0.5 * height;
+  DraftObject bin;
+  bin.name = "bin";
+  bin.shape = geometry::Shape(
+      std::vector<geometry::Part>{wall({outside, outside, kFloor}, {0, 0, 0.5 * kFloor}),
+                                  wall({outside, kWall, height}, {0, middle, level}),
+                                  wall({outside, kWall, height}, {0, -middle, level}),
+                                  wall({kWall, inside, height}, {middle, 0, level}),
+                                  wall({kWall, inside, height}, {-middle, 0, level})});
+  bin.p_W = {DrawLength(sizes, 0.42, 0.48), OnGrid(side * DrawLength(sizes, 0.27, 0.31), 0.001), 0};
+  bin.colour = 1;
+  draft.objects = {MakeBench(), bin};
+  const std::vector<std::string> names = Numbered("cube", objects);
+  const std::vector<DraftObject> before = draft.objects;
+  Random cubes = random.Split("cubes");
+  std::vector<DraftObject> drawn;
+  for (const std::string& name : names) {
+    DraftObject cube = DrawBox(cubes, name, 0.042, 0.048);
+    cube.colour = 2 + static_cast<int>(drawn.size());
+    drawn.push_back(cube);
+  }
+  const Area area{0.32, 0.64, side > 0 ? -0.35 : -0.06, side > 0 ? 0.06 : 0.35};
+  for (int attempt = 0; attempt < kDraws; ++attempt) {
+    draft.objects = before;
+    Random places = random.Split("attempt " + std::to_string(attempt));
+    bool complete = true;
+    for (DraftObject cube : drawn) {
+      complete = complete && PlaceIn(area, places, cube, [&] { return draft.IsClear(cube, 0.04, {"bench"}); });
+      draft.objects.push_back(cube);
+    }
+    if (complete) break;
+    assert(attempt + 1 < kDraws);
+  }
+  std::string init, goal;
+  for (const std::string& name : names) {
+    init += "\n    " + Fact("on", name, "bench") + " " + Fact("belongs", name, "bin");
+    goal += " " + Fact("on", name, "bin");
+  }
+  const std::string problem = "(define (problem bin)\n  (:domain sort)\n  (:objects\n    " + Joined(names) +
+                              " - thing\n    bin - tray)\n  (:init" + init + ")\n  (:goal (and" + goal +
+                              ")))\n";
+  return {draft.Write(), kSortDomain, problem};
+}
+
+GeneratedScenario GenerateCrowd(int objects, uint64_t seed) {
+  const Random random = Random(seed).Split("crowd");
+  SceneDraft draft = MakeDraft("A crowd of " + std::to_string(objects),
+                               "crowd --objects " + std::to_string(objects), seed);
+  draft.about = "The target goes onto the mat; what stands around is far enough away to be no matter.";
+  draft.max_actions = 2;
+  DraftObject floor = MakeBench();
+  floor.shape = geometry::Shape(geometry::Box{{2.4, 2.8, 0.3}});
+  Random things = random.Split("target");
+  const double side = things.Index(2) == 0 ? 1 : -1;
+  DraftObject mat;
+  mat.name = "mat";
+  mat.shape = geometry::Shape(geometry::Box{{0.12, 0.12, 0.01}});
+  mat.p_W = {OnGrid(things.Uniform(0.40, 0.60), 0.001), OnGrid(side * things.Uniform(0.25, 0.35), 0.001),
+             0.005};
+  mat.colour = 1;
+  DraftObject target = DrawBox(things, "target", 0.03, 0.06);
+  target.colour = 2;
+  target.p_W.x() = OnGrid(things.Uniform(0.45, 0.60), 0.001);
+  target.p_W.y() = OnGrid(-side * things.Uniform(0.0, 0.15), 0.001);
+  target.yaw = OnGrid(things.Uniform(-kPi, kPi), 1e-4);
+  draft.objects = {floor, mat, target};
+
+  // The hand has room about the target and the mat, and the arm about its base.
+  SceneDraft kept_free;
+  for (const Eigen::Vector3d& p : {target.p_W, mat.p_W, Eigen::Vector3d(0, 0, 0)}) {
+    DraftObject round;
+    round.shape = geometry::Shape(geometry::Cylinder{0.18, 0.4});
+    round.p_W = p;
+    kept_free.objects.push_back(round);
+  }
+  Random sizes = random.Split("sizes"), places = random.Split("places");
+  for (const std::string& name : Numbered("other", objects)) {
+    DraftObject other = DrawBox(sizes, name, 0.03, 0.07);
+    other.colour = 5 + static_cast<int>(draft.objects.size()) % 5;
+    const bool placed = PlaceIn({-0.5, 1.6, -1.2, 1.2}, places, other, [&] {
+      return draft.IsClear(other, 0.01, {"bench"}) && kept_free.IsClear(other, 0, {});
+    });
+    if (placed) draft.objects.push_back(other);
+  }
+  const std::string problem =
+      "; What stands around is no part of the task: nothing may touch it.\n(define (problem crowd)\n"
+      "  (:domain clutter)\n  (:objects target - thing)\n  (:init (on target bench))\n"
+      "  (:goal (on target mat)))\n";
+  return {draft.Write(), kClutterDomain, problem};
 }
 
 GeneratedScenario GenerateClutter(int objects, uint64_t seed) {

@@ -41,6 +41,8 @@ std::vector<std::pair<std::string, GeneratorParameters>> Sizes() {
     for (int regions = 1; regions <= 4; ++regions) all.push_back({"sort", {0, objects, regions}});
   }
   for (int objects : {0, 6, 12}) all.push_back({"clutter", {0, objects, 0}});
+  for (int objects : {1, 6, 8}) all.push_back({"bin", {0, objects, 0}});
+  for (int objects : {0, 6, 100}) all.push_back({"crowd", {0, objects, 0}});
   return all;
 }
 
@@ -132,6 +134,8 @@ TEST(GenerateTest, MistakesNameTheValueAndWhatIsAccepted) {
   EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--objects is 0 (1 to 8: "));
   EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--regions is 5 (1 to 4: "));
   EXPECT_THAT(message("clutter", {3, 13, 2}), HasSubstr("--objects is 13 (0 to 12: "));
+  EXPECT_THAT(message("bin", {3, 9, 2}), HasSubstr("--objects is 9 (1 to 8: "));
+  EXPECT_THAT(message("crowd", {3, 201, 2}), HasSubstr("--objects is 201 (0 to 200: "));
   EXPECT_THAT(message("hanio", {}),
               HasSubstr("unknown kind of scene 'hanio' (did you mean 'hanoi'? accepted: "));
 }

@@ -86,7 +86,11 @@ Value WritePlanReport(const planning::PlanReport& report, const std::string& sce
                           .Set("search_s", report.search_s)
                           .Set("optimize_s", report.optimize_s)
                           .Set("total_s", report.total_s));
-  value.Set("search", Value::Object().Set("expanded", report.expanded).Set("generated", report.generated));
+  value.Set("search", Value::Object()
+                          .Set("expanded", report.expanded)
+                          .Set("generated", report.generated)
+                          .Set("needless", report.needless)
+                          .Set("other_orders", report.other_orders));
   return value;
 }
 

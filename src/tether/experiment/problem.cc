@@ -7,6 +7,7 @@
 #include "tether/experiment/automaton.h"
 #include "tether/ltl/cosafe.h"
 #include "tether/ltl/parser.h"
+#include "tether/planning/effort.h"
 #include "tether/planning/relaxed.h"
 #include "tether/robot/model.h"
 
@@ -42,7 +43,7 @@ void CheckOverrides(const PlanningOverrides& overrides) {
     if (value && !(*value >= least)) diagnostics.Add({}, std::string(name) + " is too small", accepted);
   };
   at_least(overrides.max_actions, 1, "--max-actions", "a whole number above zero");
-  at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: no limit");
+  at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: all");
   at_least(overrides.threads, 0, "--threads", "a number of threads; 0: all processors");
   at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
   at_least(overrides.max_iterations, 1, "--max-iterations", "a whole number above zero");
@@ -122,6 +123,8 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
     problem.constraints.push_back(constraint.spec);
   problem.robot = MakeActingRobot(scenario, scene, settings.robot && !overrides.no_robot);
   problem.program.weights = {settings.weight_translation, settings.weight_rotation};
+  problem.program.objective =
+      settings.objective == "length" ? planning::Objective::kLength : planning::Objective::kSquares;
   problem.program.home = settings.home;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;
@@ -130,10 +133,12 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   problem.search.cheapest_only = HasRelaxedActions(scenario);
   problem.search.max_actions = overrides.max_actions.value_or(
       scenario.task.max_actions.value_or(problem.search.cheapest_only ? 0 : kMaxActions));
-  problem.program.solver.max_iterations = overrides.max_iterations.value_or(settings.max_iterations);
-  problem.search.max_plans = overrides.max_plans.value_or(settings.max_plans);
-  const bool one = problem.search.cheapest_only || problem.search.method == planning::SearchMethod::kGreedy;
-  if (one && problem.search.max_plans == 0) problem.search.max_plans = 1;
+  problem.program.max_iterations =
+      overrides.max_iterations ? overrides.max_iterations : settings.max_iterations;
+  problem.program.solver.max_iterations = planning::EffortOf(problem.program).again;
+  problem.search.max_plans = overrides.max_plans ? overrides.max_plans : settings.max_plans;
+  problem.search.min_candidates = settings.min_candidates;
+  problem.search.patience = settings.patience;
   problem.search.time_limit_s = overrides.time_limit_s.value_or(settings.time_limit_s);
   problem.search.memory_limit = overrides.memory_limit;
   const int threads = overrides.threads.value_or(settings.threads);

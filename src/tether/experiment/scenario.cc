@@ -437,16 +437,20 @@ class ScenarioParser {
       planning.weight_rotation = ReadBound(inner, "rotation", planning.weight_rotation, "zero or more");
       inner.Finish();
     }
+    planning.objective = ReadChoice(reader, "objective", {"squares", "length"}, planning.objective);
     planning.home = reader.Bool("home", planning.home);
     planning.robot = reader.Bool("robot", planning.robot);
-    planning.max_plans =
-        ReadCount(reader, "max_plans", planning.max_plans, 0, "a number of plans; 0: no limit");
+    if (reader.Optional("max_plans") != nullptr)
+      planning.max_plans = ReadCount(reader, "max_plans", 0, 0, "a number of plans; 0: all");
+    planning.min_candidates = ReadCount(reader, "min_candidates", planning.min_candidates, 1,
+                                        "a number of candidates above zero");
+    planning.patience = ReadBound(reader, "patience", planning.patience, "a factor of zero or more");
     planning.threads =
         ReadCount(reader, "threads", planning.threads, 0, "a number of threads; 0: all processors");
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
-    planning.max_iterations =
-        ReadCount(reader, "max_iterations", planning.max_iterations, 1, "a whole number above zero");
+    if (reader.Optional("max_iterations") != nullptr)
+      planning.max_iterations = ReadCount(reader, "max_iterations", 1, 1, "a whole number above zero");
     reader.Finish();
   }
 

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "tether/common/log.h"
+#include "tether/planning/effort.h"
 #include "tether/planning/hand_bounds.h"
+#include "tether/planning/packing.h"
 #include "tether/planning/ways.h"
 #include "tether/planning/witness_rows.h"
 
@@ -20,16 +22,13 @@ constexpr size_t kLookedAt = 48;
 // A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
 // optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
-// What converges does so within some ten iterations.
-constexpr int kFirstIterations = 15;
-// The first actions alone, and further starts.
-constexpr int kBeginningIterations = 20;
-constexpr int kRestartIterations = 50;
 // Of a row's violation, m or rad.
 constexpr double kLeastSuspicious = 1e-3;
 // So many of the best ways get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
 constexpr size_t kMostRivals = 2;
+// So many arrangements of the objects that share a support.
+constexpr int kArrangements = 16;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -54,7 +53,8 @@ class CandidateRun {
         steps_(std::move(steps)),
         index_(index),
         limits_(limits),
-        random_(Random(problem_.search.seed).Split("candidate " + std::to_string(index))) {
+        effort_(EffortOf(problem_.program)),
+        random_(Random(problem_.search.seed).Split("candidate 0")) {
     report_.plan.actions = actions_;
     report_.plan.scenario = problem_.title;
     report_.plan.robot = problem_.robot.name;
@@ -73,7 +73,7 @@ class CandidateRun {
     const Way first = DescribeWay(facts_, {}, key_poses);
     if (first.promising && Try(first, key_poses)) {
       TryRivals(first);
-    } else {
+    } else if (!TryArrangements()) {
       TryWays(first.promising);
     }
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
@@ -113,7 +113,7 @@ class CandidateRun {
       KeyPoseProgram key_poses = BuildProgram(facts_, steps, variant, {.near = kNear});
       nlp::Result result;
       if (key_poses.refutations.empty())
-        result = SolveKeyPoses(facts_, steps, limits_, kBeginningIterations, nullptr, key_poses);
+        result = SolveKeyPoses(facts_, steps, limits_, effort_.beginning, nullptr, key_poses);
       if (result.x.poses.size() != steps.size() ||
           (!KeepsRows(result) && !CheckKeyPoses(facts_, steps, result.x.poses).Feasible(problem_.program)))
         result.x.poses.clear();
@@ -135,7 +135,7 @@ class CandidateRun {
     start.beginning = SolveBeginning(way, last_suspect_);
     if (start.beginning.empty()) return false;
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, start);
-    return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, kFirstIterations);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, effort_.first);
   }
 
   bool Try(const Way& way, KeyPoseProgram& key_poses) {
@@ -146,7 +146,7 @@ class CandidateRun {
     }
     all_refuted_ = false;
     const bool had_one = optimum_ != nullptr;
-    if (SolveAndJudge(key_poses, 0, kFirstIterations) || TryFromBeginning(way)) return true;
+    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromBeginning(way)) return true;
     // Feasible but for room to spare: with less of that.
     if (!had_one && optimum_ != nullptr && Restart(way, problem_.program.starts - 1)) return true;
     failed_.push_back({last_violation_, way});
@@ -158,8 +158,29 @@ class CandidateRun {
     const std::vector<Way> rivals = FindRivals(facts_, steps_, first, limits_);
     for (size_t i = 0; i < std::min(rivals.size(), kMostRivals) && !limits_.Over(); ++i) {
       KeyPoseProgram key_poses = BuildProgram(facts_, steps_, rivals[i].variant, {.near = kNear});
-      if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, kFirstIterations);
+      if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, effort_.first);
     }
+  }
+
+  /// Where several objects come onto one support: from places for all of them that were found together.
+  bool TryArrangements() {
+    const KeyPoseProgram guess = BuildProgram(facts_, steps_, {}, {.guess_only = true});
+    if (!guess.refutations.empty()) return false;
+    const Packing packing(facts_, steps_, guess);
+    for (int attempt = 0; packing.IsNeeded() && attempt < kArrangements && !limits_.Over(); ++attempt) {
+      auto arrangement =
+          packing.Arrange(attempt, random_.Split("arrangement " + std::to_string(attempt)));
+      if (!arrangement) continue;
+      ProgramStart start;
+      start.near = kNear;
+      start.tight = arrangement->tight;
+      start.placed = std::move(arrangement->placed);
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, start);
+      if (!key_poses.refutations.empty()) continue;
+      all_refuted_ = false;
+      if (SolveAndJudge(key_poses, attempt, effort_.restart)) return true;
+    }
+    return false;
   }
 
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
@@ -201,7 +222,7 @@ class CandidateRun {
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
     KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
-    return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, kRestartIterations);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, effort_.restart);
   }
 
   bool SolveAndJudge(KeyPoseProgram& key_poses, int start, int max_iterations) {
@@ -311,6 +332,7 @@ class CandidateRun {
   std::vector<BoundStep> steps_;
   int index_;
   const Limits& limits_;
+  Effort effort_;
   Random random_;
 
   CandidateReport report_;

@@ -26,7 +26,8 @@ struct Verdict {
 /// If none is accepted from its guess, the most promising ones get other starts; if that fails too, it is
 /// found out which first actions fail already.
 ///
-/// `index` is the candidate's number and seeds its random starts.
+/// `index` is the candidate's number, for the log. Random starts are the same for all candidates: which other
+/// candidates there are changes nothing.
 Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
                           const Limits& limits);
 

@@ -43,6 +43,16 @@ double LeastTravel(const std::vector<Ball>& balls, const std::vector<double>& we
   return std::max(0.0, bound);
 }
 
+/// The same of Σ w ‖qᵢ₊₁ − qᵢ‖: each two balls are apart by what is between them.
+double LeastLength(const std::vector<Ball>& balls, double weight) {
+  double sum = 0;
+  for (size_t i = 1; i < balls.size(); ++i) {
+    const double gap = (balls[i].centre - balls[i - 1].centre).norm() - balls[i].radius - balls[i - 1].radius;
+    sum += weight * std::max(0.0, gap);
+  }
+  return sum;
+}
+
 }  // namespace
 
 double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& steps) {
@@ -65,6 +75,8 @@ double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& ste
   }
   if (problem.program.home && !steps.empty())
     add({problem.robot.X_WHand.p, 0}, static_cast<int>(steps.size()));
+  if (problem.program.objective == Objective::kLength)
+    return LeastLength(balls, problem.program.weights.translation);
   return LeastTravel(balls, weights);
 }
 

@@ -9,8 +9,10 @@ HandCost CostOfHand(const Problem& problem, const std::vector<math::Pose>& X_WHa
   math::Pose before = problem.robot.X_WHand;
   const auto visit = [&](const math::Pose& X_WH) {
     const double angle = math::AngleBetween(before.R, X_WH.R);
-    cost.travel += problem.program.weights.translation * (X_WH.p - before.p).squaredNorm();
-    cost.turn += problem.program.weights.rotation * angle * angle;
+    const double distance = (X_WH.p - before.p).norm();
+    const bool length = problem.program.objective == Objective::kLength;
+    cost.travel += problem.program.weights.translation * (length ? distance : distance * distance);
+    cost.turn += problem.program.weights.rotation * (length ? angle : angle * angle);
     before = X_WH;
   };
   for (const math::Pose& X_WH : X_WHand) visit(X_WH);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "tether/planning/effort.h"
 #include "tether/planning/witness_rows.h"
 
 namespace tether::planning {
@@ -54,17 +55,18 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   nlp::Options options = problem.program.solver;
   options.stop = problem.search.stop;
   nlp::WarmStart from;
+  const int most = EffortOf(problem.program).again;
   int iterations = 0, evaluations = 0;
   double seconds = 0;
   for (int round = 0;; ++round) {
-    options.max_iterations = std::min(max_iterations, problem.program.solver.max_iterations - iterations);
+    options.max_iterations = std::min(max_iterations, most - iterations);
     options.time_limit_s = std::min(problem.program.solver.time_limit_s, limits.Remaining());
     nlp::Result result = solver->Solve(key_poses.program, key_poses.guess, options, warm);
     result.iterations = iterations += result.iterations;
     result.evaluations = evaluations += result.evaluations;
     result.solve_s = seconds += result.solve_s;
     const double near = round < kClearanceRounds ? kNear : std::numeric_limits<double>::infinity();
-    const bool spent = iterations >= problem.program.solver.max_iterations || limits.Over();
+    const bool spent = iterations >= most || limits.Over();
     const bool solved =
         static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() && KeepsRows(result);
     // More rows don't help what fails with few.
@@ -91,7 +93,7 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
   key_poses.tree.MoveTo(problem.scene, problem.robot.X_WHand);
   const std::vector<math::Pose> before = key_poses.guess.poses;
   key_poses.guess.parameters = key_poses.tree.parameters();
-  nlp::Result result = SolveKeyPoses(facts, optimum.steps, limits, problem.program.solver.max_iterations,
+  nlp::Result result = SolveKeyPoses(facts, optimum.steps, limits, EffortOf(problem.program).again,
                                      &optimum.warm_start, key_poses);
   CandidateReport report;
   report.evaluations = result.evaluations;

@@ -26,7 +26,7 @@ void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& acti
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
 /// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes
-/// at most `max_iterations`, or what the problem's options say if that is less.
+/// at most `max_iterations`; all of them together take at most Effort::again.
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
                           int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,22 +27,31 @@ struct ActingRobot {
   Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
 };
 
-/// How much each part of the objective weighs. Paper A, eq. (4).
+/// How much each part of the objective weighs: α and β of paper A, eq. (4).
 struct Weights {
-  double translation = 0.5;  ///< α, 1/m²
-  double rotation = 1.5;     ///< β, 1/rad²
+  double translation = 0.5;  ///< 1/m² of squared distances, 1/m of lengths.
+  double rotation = 1.5;     ///< 1/rad² of squared angles, 1/rad of angles.
+};
+
+/// What is summed over the moves of the hand from one key pose to the next.
+enum class Objective {
+  kSquares,  ///< Squared distances and angles, paper A, eq. (4): a stop on the way lowers the sum.
+  kLength,   ///< Distances and angles: a stop never lowers the sum.
 };
 
 /// How key poses are optimised.
 struct ProgramOptions {
   Weights weights;
+  Objective objective = Objective::kSquares;
   bool home = true;                 ///< The hand returns to its start at the end.
   double hand_clearance = 0.002;    ///< Between the open hand and everything else, m.
   double object_clearance = 0.015;  ///< Between carried objects and everything else, where there is room, m.
   double feasible_m = 1e-3;         ///< What the checker lets pass, m …
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
-  nlp::Options solver;
+  nlp::Options solver;  ///< But for max_iterations: see below.
+  /// Of one solve, in the backend's own unit; none: what the backend needs (EffortOf).
+  std::optional<int> max_iterations;
   int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
   int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
                    ///< there, displaced at random, the last with less clearance.
@@ -59,7 +69,13 @@ enum class SearchMethod {
 struct SearchOptions {
   SearchMethod method = SearchMethod::kAstar;
   int max_actions = 0;      ///< 0: no limit.
-  int max_plans = 0;        ///< Only the best so many are wanted; 0: optimise every candidate.
+  /// Only the best so many are wanted; 0: every candidate. None: the best one, and the others that were met
+  /// on the way to it.
+  std::optional<int> max_plans;
+  /// Unless every candidate is wanted, planning ends after candidate max(min_candidates, patience · k), where
+  /// the k-th was the last that improved on the plans that are wanted; not before these are there.
+  int min_candidates = 16;
+  double patience = 2;
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
   /// Key poses cost nothing, or what they cost does not matter: the cheapest action sequence that is feasible

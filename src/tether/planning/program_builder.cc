@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/constraints/path_length.h"
 #include "tether/planning/chain_residual.h"
 
 namespace tether::planning {
@@ -105,12 +106,17 @@ void AddReach(const Problem& problem, int num_steps, const std::vector<BoundStep
 
 /// Paper A, eq. (4), between consecutive key poses of the hand.
 void AddCosts(const Problem& problem, int num_steps, ProgramSink& sink) {
-  const double translation = std::sqrt(problem.program.weights.translation);
-  const double rotation = std::sqrt(problem.program.weights.rotation);
+  const bool length = problem.program.objective == Objective::kLength;
+  const Weights& weights = problem.program.weights;
+  const double translation = length ? weights.translation : std::sqrt(weights.translation);
+  const double rotation = length ? weights.rotation : std::sqrt(weights.rotation);
   const auto add = [&](int step, const std::vector<FrameAt>& frames) {
     sink.BeginStep(step, "objective");
-    sink.Add(Role::kCost, "travel of the hand", constraints::MakeTravel(translation), frames);
-    sink.Add(Role::kCost, "turn of the hand", constraints::MakeTurn(rotation), frames);
+    const auto travel = constraints::MakeTravel(translation);
+    const auto turn = constraints::MakeTurn(rotation);
+    sink.Add(Role::kCost, "travel of the hand", length ? constraints::MakeRootOfLength(travel) : travel,
+             frames);
+    sink.Add(Role::kCost, "turn of the hand", length ? constraints::MakeRootOfLength(turn) : turn, frames);
   };
   for (int t = 0; t < num_steps; ++t) add(t, {{kHand, t - 1}, {kHand, t}});
   if (problem.program.home && num_steps > 0) add(num_steps - 1, {{kHand, num_steps - 1}, {kHand, -1}});
@@ -166,6 +172,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
       poses.back() = guess;
     }
     if (poses.size() <= start.beginning.size()) poses.back() = start.beginning[poses.size() - 1];
+    if (const auto placed = start.placed.find(t); placed != start.placed.end()) poses.back() = placed->second;
     for (const BoundConstraint& constraint : step.constraints) {
       constraint.kind->build(context, constraint.parameters, sink);
     }

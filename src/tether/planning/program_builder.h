@@ -54,6 +54,8 @@ struct ProgramStart {
   bool tight = false;  ///< Carried objects need to keep only the hand's clearance.
   Random random{0};    ///< What the displacement is drawn from.
   std::vector<math::Pose> beginning = {};  ///< Key poses of so many first steps, in place of guesses.
+  /// Key poses of some steps, by their index, in place of guesses.
+  std::map<int, math::Pose> placed = {};
   /// Pairs of parts that are further apart than their clearance by this much at the guess get no row, m.
   double near = std::numeric_limits<double>::infinity();
   bool guess_only = false;  ///< The guess, the choices and the refutations, but no rows.

@@ -10,8 +10,6 @@ namespace {
 
 // Enough to keep every thread busy, and few enough that what is refuted meanwhile costs little.
 constexpr size_t kBatch = 16;
-// Where the best of all are wanted, all are compared, but not more than this at a time.
-constexpr size_t kLargestBatch = 1000;
 // Skeletons that come back to a state: so many are looked at, and so many actions more than others have.
 constexpr int kMostReturns = 200'000;
 constexpr int kMoreActions = 3;
@@ -112,7 +110,7 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
       if (!IsWorthReturning(outcome.skeleton->actions)) continue;
     }
     if (outcome.found() && !yielded_.insert(outcome.skeleton->actions).second) continue;
-    if (outcome.status == task::SearchStatus::kDepthLimit && !fresh_) {
+    if (outcome.status == task::SearchStatus::kDepthLimit && !fresh_ && !max_cost) {
       // What the search knew of longer skeletons may be ruled out by now: that would be a proof.
       Restart();
       continue;
@@ -124,11 +122,9 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
 std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
   // One by one where each may be the last that is wanted.
   const bool first_greedy = options_.method == SearchMethod::kGreedy && !greedy_done_;
-  const size_t size = options_.cheapest_only || first_greedy ? 1
-                      : options_.max_plans > 0               ? kLargestBatch
-                                                             : kBatch;
+  const size_t size = options_.cheapest_only || first_greedy ? 1 : kBatch;
   std::vector<std::vector<int>> batch;
-  // Without a limit on their length there is no end of candidates: then the cheapest are compared first.
+  // Dearer ones may be long in coming, and the first plan does not wait for them.
   std::optional<double> max_cost;
   while (batch.size() < size) {
     task::SearchOutcome outcome = Next(limits, max_cost);
@@ -137,7 +133,7 @@ std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
       if (max_cost && ended_ == task::SearchStatus::kDepthLimit) ended_ = task::SearchStatus::kFound;
       break;
     }
-    if (options_.max_plans > 0 && options_.max_actions == 0 && size > 1) max_cost = outcome.skeleton->cost;
+    max_cost = outcome.skeleton->cost;
     batch.push_back(std::move(outcome.skeleton->actions));
   }
   return batch;

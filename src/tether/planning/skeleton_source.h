@@ -25,6 +25,12 @@ class SkeletonSource {
   std::vector<std::vector<int>> NextBatch(const Limits& limits);
   /// Nothing that begins with the conflict's prefix comes any more.
   void AddConflict(const task::Conflict& conflict);
+  /// The caller deals with this one by itself: it never comes.
+  void Exclude(const std::vector<int>& actions) { yielded_.insert(actions); }
+  /// Whether a sequence that comes back to a symbolic state is one that this source brings.
+  bool BringsReturn(const std::vector<int>& actions) const { return returns_ && IsWorthReturning(actions); }
+  /// Of its own, for what asks about sequences of actions.
+  std::unique_ptr<task::Product> MakeProduct() const;
   /// From now on, also skeletons that come back to a symbolic state, if something fails only as long as an
   /// object stands where it does, and an action that the symbols see no use in moves it. False if that
   /// changes nothing. Without a limit on the number of actions, up to three more than the longest that came
@@ -38,7 +44,6 @@ class SkeletonSource {
   const task::SkeletonSearch& search() const { return *search_; }
 
  private:
-  std::unique_ptr<task::Product> MakeProduct() const;
   void Restart();
   /// Some skeleton, whatever it costs.
   task::SearchOutcome FindGreedily(const Limits& limits);
