@@ -2,10 +2,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
+#include "tether/constraints/upper_face.h"
+#include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/support.h"
@@ -37,6 +40,11 @@ constexpr size_t kMostYaws = 4;
 constexpr double kBalance = 0.008;
 constexpr double kOfSize = 0.3;
 constexpr size_t kMostOfTower = 8;
+// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face further
+// down.
+constexpr double kRoomForHand = 0.12;
+constexpr double kNarrowScore = 0.5;
+constexpr double kLowerScore = 0.05;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
@@ -90,7 +98,47 @@ Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const Fla
 struct Placement {
   FlatFacet foot;     // of the object, in its frame
   FlatFacet support;  // of what it stands on, in that frame
+  int part = -1;      // of what it stands on, as in UpperFace
 };
+
+double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
+  return geometry::Support(shape, down) + geometry::Support(shape, -down);
+}
+
+/// Which of several upper faces the object is put on at this step; those first where there is room above for it
+/// and a hand, and none where it does not fit itself.
+int ChooseFace(const Context& context, const std::string& object, const std::string& on,
+               const std::vector<UpperFace>& faces) {
+  const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
+  std::vector<int> which;
+  std::vector<Option> options;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (faces[i].facet.points.size() < 3 || faces[i].headroom <= height) continue;
+    const bool roomy = faces[i].headroom > height + kRoomForHand;
+    which.push_back(static_cast<int>(i));
+    options.push_back({"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + kLowerScore * static_cast<double>(i)});
+  }
+  if (which.empty()) return 0;
+  std::vector<size_t> order(which.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return options[a].score < options[b].score; });
+  std::vector<Option> sorted;
+  for (const size_t i : order) sorted.push_back(options[i]);
+  const std::string key = "face(" + object + "," + on + ")@" + std::to_string(context.step());
+  return which[order[static_cast<size_t>(context.Choose(key, sorted))]];
+}
+
+/// The face of what carries the object that it is on before this step.
+int PresentFace(const Context& context, const std::string& object, const std::string& on,
+                const std::vector<UpperFace>& faces) {
+  const int before = context.step() - 1;
+  const Pose X_BA = math::Between(context.PoseAt({on, before}), context.PoseAt({object, before}));
+  const Vector3d& up = faces.front().facet.normal;
+  const double lowest =
+      up.dot(X_BA.p) - geometry::Support(*context.ShapeOf(object), -(X_BA.R.transpose() * up));
+  return static_cast<int>(&FaceAtHeight(faces, lowest) - faces.data());
+}
 
 /// Null if one of the two is not solid.
 std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
@@ -98,10 +146,28 @@ std::shared_ptr<const Placement> FindPlacement(const Context& context, const std
   const geometry::Shape* a = context.ShapeOf(object);
   const geometry::Shape* b = context.ShapeOf(on);
   if (a == nullptr || b == nullptr) return nullptr;
-  return context.memo().Get<Placement>("placement(" + object + "," + on + ")", [&] {
-    return Placement{geometry::SupportPolygon(*a, context.DownFace(object)),
-                     geometry::SupportPolygon(*b, -context.DownFace(on))};
+  std::string key = "placement(" + object + "," + on + ")";
+  int face = 0;
+  if (b->is_compound()) {
+    const auto faces = UpperFacesOf(context, on);
+    if (faces->size() > 1) {
+      face = context.control() == object && context.target() == on ? ChooseFace(context, object, on, *faces)
+                                                                   : PresentFace(context, object, on, *faces);
+      key += std::to_string(face);
+    }
+  }
+  return context.memo().Get<Placement>(key, [&] {
+    const auto foot = geometry::SupportPolygon(*a, context.DownFace(object));
+    if (!b->is_compound()) return Placement{foot, geometry::SupportPolygon(*b, -context.DownFace(on))};
+    const UpperFace& chosen = (*UpperFacesOf(context, on))[static_cast<size_t>(face)];
+    return Placement{foot, chosen.facet, chosen.part};
   });
+}
+
+/// What is put there may be put on one of several faces.
+bool HasFaces(const Context& context, const std::string& on) {
+  const geometry::Shape* shape = context.ShapeOf(on);
+  return shape != nullptr && shape->is_compound() && UpperFacesOf(context, on)->size() > 1;
 }
 
 /// The same, but null too if a face there is not flat.
@@ -114,13 +180,15 @@ std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const
 
 std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
                                        const std::string& by, const Placement& placement, double margin) {
-  return context.memo().Get<Demand>("demand(" + object + "," + by + "," + std::to_string(margin) + ")", [&] {
+  const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
+                          std::to_string(margin) + ")";
+  return context.memo().Get<Demand>(key, [&] {
     return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
   });
 }
 
-std::string NoSurface(const std::string& name, const char* side) {
-  return name + " has no flat " + side + " face to rest on";
+std::string NotSolid(const Context& context, const std::string& object, const std::string& on) {
+  return "'" + (context.ShapeOf(object) == nullptr ? object : on) + "' is not solid: nothing rests there";
 }
 
 void GuessRestsOn(const Context& context, const Parameters& parameters, Pose& X_TC) {
@@ -142,9 +210,9 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
   const std::string& object = parameters.Text("object");
   const std::string& on = parameters.Text("on");
   const auto placement = FindPlacement(context, object, on);
-  if (!placement) return sink.Refute("rests_on: '" + object + "' and '" + on + "' must be solid");
-  if (placement->foot.points.size() < 3) return sink.Refute(NoSurface(object, "lower"));
-  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(on, "upper"));
+  if (!placement) return sink.Decline(NotSolid(context, object, on));
+  if (placement->foot.points.size() < 3) return sink.Decline(NoLowerFace(context, object));
+  if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, on));
   const std::string label = "rests_on(" + object + ", " + on + ")";
   const std::vector<FrameAt> frames{{on, context.step()}, {object, context.step()}};
   const Vector3d& up = placement->support.normal;
@@ -154,7 +222,11 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
   const Vector3d p_AQ = placement->foot.normal * placement->foot.offset;
   sink.Add(Role::kEquality, label + ": contact height",
            MakeHalfSpaces({{p_AQ, up, placement->support.offset}}), frames);
-  sink.Exempt(context.step(), object, on);
+  if (placement->part >= 0) {
+    sink.Exempt(context.step(), on, object, placement->part);
+  } else {
+    sink.Exempt(context.step(), object, on);
+  }
 }
 
 void CheckRestsOn(const Context& context, const Parameters& parameters, Findings& findings) {
@@ -166,15 +238,17 @@ void CheckRestsOn(const Context& context, const Parameters& parameters, Findings
   const Pose X_WA = context.PoseAt({object, context.step()}), X_WB = context.PoseAt({on, context.step()});
   const std::string label = "rests_on(" + object + ", " + on + ")";
   const double distance = geometry::SignedDistance(*a, X_WA, *b, X_WB).distance;
-  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance));
+  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance), [&] { return object + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") + on; });
   const double tilt = std::acos(
       std::clamp((X_WA.R * context.DownFace(object)).dot(X_WB.R * context.DownFace(on)), -1.0, 1.0));
-  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt);
-  // On top of it, not at its side.
-  const Vector3d up_W = -(X_WB.R * context.DownFace(on));
-  const double top = geometry::Support(*b, X_WB.R.transpose() * up_W) + up_W.dot(X_WB.p);
-  const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p);
-  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top));
+  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt, [&] { return object + " leans by " + InDegrees(tilt) + " on " + on; });
+  // On top of it or of one of its parts, not at its side.
+  const Vector3d up_W = -(X_WB.R * context.DownFace(on)), up_B = X_WB.R.transpose() * up_W;
+  const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p - X_WB.p);
+  const double top = b->is_compound() ? FaceAtHeight(*UpperFacesOf(context, on), bottom).facet.offset
+                                      : geometry::Support(*b, up_B);
+  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top), [&] { return object + " is " + InMillimetres(bottom - top) + (bottom > top ? " above" : " below") +
+                      " the upper face of " + on; });
 }
 
 /// All rows hold at X_BA.
@@ -362,8 +436,8 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
   const auto placement = FindPlacement(context, object, by);
-  if (!placement) return sink.Refute("supported: '" + object + "' and '" + by + "' must be solid");
-  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(by, "upper"));
+  if (!placement) return sink.Decline(NotSolid(context, object, by));
+  if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, by));
   const auto shared_demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));
   const Demand& demand = *shared_demand;
   std::vector<HalfSpaceRow> rows;
@@ -391,10 +465,15 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   const Pose X_BA =
       math::Between(context.PoseAt({by, context.step()}), context.PoseAt({object, context.step()}));
   // In the plane of the support: the centre of mass over the polygon.
-  const FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
+  FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
+  if (b->is_compound()) {
+    const Vector3d& up = support.normal;
+    const double bottom = up.dot(X_BA.p) - geometry::Support(*a, -(X_BA.R.transpose() * up));
+    support = FaceAtHeight(*UpperFacesOf(context, by), bottom).facet;
+  }
   const double inside =
       geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
-  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
+  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] { return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by; });
   if (context.control() != object) return;
   for (const Balance& balance : BalancesOf(context, object, 0)) {
     std::vector<Pose> poses;
@@ -402,7 +481,8 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
     Eigen::VectorXd r(balance.function->size());
     balance.function->Evaluate(poses, r, nullptr);
     findings.Report("supported(" + object + ", " + by + "): " + balance.label, nlp::Unit::kMetre,
-                    r.maxCoeff());
+                    r.maxCoeff(), [&] { return "the tower under " + object + " would fall: its centre of mass is " +
+                        InMillimetres(r.maxCoeff()) + " too far out (" + balance.label + ")"; });
   }
 }
 
@@ -417,7 +497,7 @@ std::shared_ptr<const Placement> PlacementHere(const Context& context, const Par
 /// At the height at which it touches, anywhere.
 std::optional<Column> LocateRestsOn(const Context& context, const Parameters& parameters) {
   const auto placement = PlacementHere(context, parameters);
-  if (!placement) return std::nullopt;
+  if (!placement || HasFaces(context, parameters.Text("on"))) return std::nullopt;
   const Vector3d& up = placement->support.normal;
   return Column{up * (placement->support.offset + placement->foot.offset), up,
                 std::numeric_limits<double>::infinity(), 0};
@@ -434,7 +514,7 @@ std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& 
 std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
-  if (context.control() != object || context.target() != by) return std::nullopt;
+  if (context.control() != object || context.target() != by || HasFaces(context, by)) return std::nullopt;
   const auto placement = FindPlacement(context, object, by);
   if (!placement || placement->support.points.size() < 3) return std::nullopt;
   const auto demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));

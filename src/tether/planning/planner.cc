@@ -8,11 +8,16 @@
 #include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
+#include "tether/planning/impossibility.h"
 #include "tether/planning/relaxed.h"
 #include "tether/planning/skeleton_source.h"
 
 namespace tether::planning {
 namespace {
+
+// So many states are looked at after each proof, and when nothing was found.
+constexpr size_t kFewStates = 2000;
+constexpr size_t kManyStates = 100'000;
 
 std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<int>& actions) {
   std::vector<std::string> names;
@@ -34,7 +39,7 @@ class Planner {
         source_(task, problem.goal, problem.search) {}
 
   PlanReport Run() {
-    while (!limits_.Over() && !EnoughWithout(std::numeric_limits<double>::infinity())) {
+    while (!limits_.Over() && !impossible_ && !EnoughWithout(std::numeric_limits<double>::infinity())) {
       const double begin = limits_.Elapsed();
       const std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
@@ -95,7 +100,7 @@ class Planner {
         if (!Refuted(candidates[begun])) verdicts[begun] = Begin(candidates[begun]);
       }
       DealWith(candidates[i], verdicts[i].get());
-      if (limits_.Over()) return;
+      if (limits_.Over() || impossible_) return;
     }
   }
 
@@ -132,6 +137,8 @@ class Planner {
       conflict.reason = report.reason;
       source_.AddConflict(conflict);
       conflicts_.push_back(std::move(conflict));
+      impossible_ = costs_.empty() && conflicts_.back().kind == task::Conflict::Kind::kProved &&
+                    NoSequenceIsLeft(task_, problem_.goal, conflicts_, kFewStates, limits_);
     }
     if (on_candidate_) on_candidate_(report);
     report_.candidates.push_back(std::move(report));
@@ -175,6 +182,7 @@ class Planner {
   int next_index_ = 0;
   std::vector<double> costs_;  // of the feasible ones
   std::vector<task::Conflict> conflicts_;
+  bool impossible_ = false;  // What is proved rules out every sequence.
   std::vector<std::vector<std::string>>
       moved_by_;  // The frames that each ground action moves; filled when asked for.
   PlanReport report_;
@@ -189,8 +197,12 @@ void Planner::Conclude() {
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   const bool enough = EnoughWithout(std::numeric_limits<double>::infinity());
   const bool best_is_first = problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
+  // What a limit on the length cut short may be no sequence at all.
+  impossible_ = impossible_ || (costs_.empty() && !all_seen && !limits_.Over() &&
+                                NoSequenceIsLeft(task_, problem_.goal, conflicts_, kManyStates, limits_));
   report_.complete =
-      !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
+      impossible_ || (!limits_.Over() &&
+                      (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first)));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
@@ -202,15 +214,19 @@ void Planner::Conclude() {
       report_.message = task::Describe(limits_.Over() ? task::SearchStatus::kTimeLimit : ended);
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
-  } else if (all_seen && all_proved) {
+  } else if (impossible_ || (all_seen && all_proved)) {
     report_.status = PlanStatus::kImpossible;
     if (source_.search().product().IsUnsatisfiable()) {
       report_.message = task::kUnsatisfiable;
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      report_.message =
-          "every sequence of actions is geometrically impossible: " + report_.candidates.front().reason;
+      const auto proved = std::find_if(
+          report_.candidates.begin(), report_.candidates.end(),
+          [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+      report_.message = proved == report_.candidates.end()
+                            ? "no sequence of actions reaches the goal"
+                            : "every sequence of actions is geometrically impossible: " + proved->reason;
     }
   } else {
     report_.status = PlanStatus::kGaveUp;
