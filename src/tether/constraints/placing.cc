@@ -2,10 +2,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
+#include "tether/constraints/placement.h"
 #include "tether/constraints/surface.h"
 #include "tether/constraints/upper_face.h"
 #include "tether/constraints/words.h"
@@ -21,12 +21,6 @@ using geometry::FlatFacet;
 using math::Pose;
 using nlp::Role;
 
-// Polygons with more corners than this stand for discs if their inscribed circle has this share of the radius
-// of the circle about them, and get one row per edge of the other polygon.
-constexpr size_t kMostCorners = 8;
-constexpr double kRound = 0.97;
-// A footprint that fits with less room than this is not asked to fit, m.
-constexpr double kLeastSlack = 5e-4;
 // A guess keeps this far from other things, m; where it can't, it looks around in rings of this width, m.
 constexpr double kFreeDistance = 0.02;
 constexpr double kRingWidth = 0.03;
@@ -40,152 +34,8 @@ constexpr size_t kMostYaws = 4;
 constexpr double kBalance = 0.008;
 constexpr double kOfSize = 0.3;
 constexpr size_t kMostOfTower = 8;
-// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face further
-// down.
-constexpr double kRoomForHand = 0.12;
-constexpr double kNarrowScore = 0.5;
-constexpr double kLowerScore = 0.05;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
-
-/// How much of `object` must be over the support: its whole footprint where that fits, else its centre of
-/// mass.
-struct Demand {
-  std::vector<Vector3d> points_A;  ///< Points of the object that must be over the support …
-  double margin = 0;               ///< … by this much, m.
-  bool whole_footprint = false;
-};
-
-Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const FlatFacet& support,
-                  double margin) {
-  Demand demand;
-  const auto fits = [&](double inset) {
-    return geometry::FitsInside(foot.polygon, geometry::Shrink(support.polygon, inset)).has_value();
-  };
-  if (foot.points.size() >= 3 && fits(kLeastSlack)) {
-    // Half of the room there is, so that the rows keep an interior.
-    double low = kLeastSlack, high = 2 * margin;
-    if (fits(high)) {
-      low = high;
-    } else {
-      for (int i = 0; i < 12; ++i) {
-        const double middle = 0.5 * (low + high);
-        (fits(middle) ? low : high) = middle;
-      }
-    }
-    demand.margin = std::min(margin, 0.5 * low);
-    demand.whole_footprint = true;
-    if (foot.points.size() > kMostCorners) {
-      const Vector3d centre = CentroidOf(foot);
-      double radius = 0;
-      for (const Vector3d& vertex : foot.points) radius = std::max(radius, (vertex - centre).norm());
-      if (InradiusOf(foot) > kRound * radius) {
-        demand.points_A = {centre};
-        demand.margin += radius;
-        return demand;
-      }
-    }
-    demand.points_A = foot.points;
-    return demand;
-  }
-  // ERRATA A13: else the true centre of mass, at least the margin inside, and well inside of a small support.
-  const double inradius = InradiusOf(support);
-  demand.points_A = {geometry::CentreOfMass(shape)};
-  demand.margin = std::min(std::max(margin, 0.6 * inradius), 0.9 * inradius);
-  return demand;
-}
-
-struct Placement {
-  FlatFacet foot;     // of the object, in its frame
-  FlatFacet support;  // of what it stands on, in that frame
-  int part = -1;      // of what it stands on, as in UpperFace
-};
-
-double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
-  return geometry::Support(shape, down) + geometry::Support(shape, -down);
-}
-
-/// Which of several upper faces the object is put on at this step; those first where there is room above for it
-/// and a hand, and none where it does not fit itself.
-int ChooseFace(const Context& context, const std::string& object, const std::string& on,
-               const std::vector<UpperFace>& faces) {
-  const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
-  std::vector<int> which;
-  std::vector<Option> options;
-  for (size_t i = 0; i < faces.size(); ++i) {
-    if (faces[i].facet.points.size() < 3 || faces[i].headroom <= height) continue;
-    const bool roomy = faces[i].headroom > height + kRoomForHand;
-    which.push_back(static_cast<int>(i));
-    options.push_back({"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + kLowerScore * static_cast<double>(i)});
-  }
-  if (which.empty()) return 0;
-  std::vector<size_t> order(which.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return options[a].score < options[b].score; });
-  std::vector<Option> sorted;
-  for (const size_t i : order) sorted.push_back(options[i]);
-  const std::string key = "face(" + object + "," + on + ")@" + std::to_string(context.step());
-  return which[order[static_cast<size_t>(context.Choose(key, sorted))]];
-}
-
-/// The face of what carries the object that it is on before this step.
-int PresentFace(const Context& context, const std::string& object, const std::string& on,
-                const std::vector<UpperFace>& faces) {
-  const int before = context.step() - 1;
-  const Pose X_BA = math::Between(context.PoseAt({on, before}), context.PoseAt({object, before}));
-  const Vector3d& up = faces.front().facet.normal;
-  const double lowest =
-      up.dot(X_BA.p) - geometry::Support(*context.ShapeOf(object), -(X_BA.R.transpose() * up));
-  return static_cast<int>(&FaceAtHeight(faces, lowest) - faces.data());
-}
-
-/// Null if one of the two is not solid.
-std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
-                                               const std::string& on) {
-  const geometry::Shape* a = context.ShapeOf(object);
-  const geometry::Shape* b = context.ShapeOf(on);
-  if (a == nullptr || b == nullptr) return nullptr;
-  std::string key = "placement(" + object + "," + on + ")";
-  int face = 0;
-  if (b->is_compound()) {
-    const auto faces = UpperFacesOf(context, on);
-    if (faces->size() > 1) {
-      face = context.control() == object && context.target() == on ? ChooseFace(context, object, on, *faces)
-                                                                   : PresentFace(context, object, on, *faces);
-      key += std::to_string(face);
-    }
-  }
-  return context.memo().Get<Placement>(key, [&] {
-    const auto foot = geometry::SupportPolygon(*a, context.DownFace(object));
-    if (!b->is_compound()) return Placement{foot, geometry::SupportPolygon(*b, -context.DownFace(on))};
-    const UpperFace& chosen = (*UpperFacesOf(context, on))[static_cast<size_t>(face)];
-    return Placement{foot, chosen.facet, chosen.part};
-  });
-}
-
-/// What is put there may be put on one of several faces.
-bool HasFaces(const Context& context, const std::string& on) {
-  const geometry::Shape* shape = context.ShapeOf(on);
-  return shape != nullptr && shape->is_compound() && UpperFacesOf(context, on)->size() > 1;
-}
-
-/// The same, but null too if a face there is not flat.
-std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
-                                                   const std::string& on) {
-  auto placement = FindPlacement(context, object, on);
-  const bool flat = placement && placement->foot.points.size() >= 3 && placement->support.points.size() >= 3;
-  return flat ? placement : nullptr;
-}
-
-std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
-                                       const std::string& by, const Placement& placement, double margin) {
-  const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
-                          std::to_string(margin) + ")";
-  return context.memo().Get<Demand>(key, [&] {
-    return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
-  });
-}
 
 std::string NotSolid(const Context& context, const std::string& object, const std::string& on) {
   return "'" + (context.ShapeOf(object) == nullptr ? object : on) + "' is not solid: nothing rests there";

@@ -260,7 +260,7 @@ class CandidateRun {
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
-      ReportKeyPoses(problem_, actions_, steps_, result.x.poses, key_poses.witnesses, check, report_);
+      ReportKeyPoses(facts_, actions_, steps_, result.x.poses, key_poses.witnesses, check, report_);
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();
