@@ -10,12 +10,17 @@
 #include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
+#include "tether/planning/impossibility.h"
 #include "tether/planning/relaxed.h"
 #include "tether/planning/skeleton_source.h"
 #include "tether/planning/subsequences.h"
 
 namespace tether::planning {
 namespace {
+
+// So many states are looked at after each proof, and when nothing was found.
+constexpr size_t kFewStates = 2000;
+constexpr size_t kManyStates = 100'000;
 
 std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<int>& actions) {
   std::vector<std::string> names;
@@ -278,6 +283,9 @@ class Planner {
     conflict.reason = verdict.report.reason;
     source_.AddConflict(conflict);
     conflicts_.push_back(std::move(conflict));
+    impossible_ = costs_.empty() && conflicts_.back().kind == task::Conflict::Kind::kProved &&
+                  NoSequenceIsLeft(task_, problem_.goal, conflicts_, kFewStates, limits_);
+    ended_ = ended_ || impossible_;
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
@@ -325,6 +333,7 @@ class Planner {
   int passed_over_ = 0;          // since the last candidate
   bool ended_ = false;           // Other candidates may be left.
   std::vector<task::Conflict> conflicts_;
+  bool impossible_ = false;  // What is proved rules out every sequence.
   std::vector<std::vector<std::string>>
       moved_by_;  // The frames that each ground action moves; filled when asked for.
   PlanReport report_;
@@ -358,11 +367,14 @@ void Planner::Conclude() {
   report_.total_s = limits_.Elapsed();
   report_.optimize_s = report_.total_s - report_.search_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
+  // What a limit on the length cut short may be no sequence at all.
+  impossible_ = impossible_ || (costs_.empty() && !all_seen && !limit &&
+                                NoSequenceIsLeft(task_, problem_.goal, conflicts_, kManyStates, limits_));
   const bool greedy = problem_.search.method == SearchMethod::kGreedy;
   const bool best_is_first = problem_.search.cheapest_only && !greedy && Enough();
-  report_.complete = best_is_first || (!limit && !ended_ && report_.other_orders == 0 &&
-                                       !FirstIsEnough() &&
-                                       (all_seen || ended == task::SearchStatus::kDepthLimit));
+  report_.complete = impossible_ || best_is_first ||
+                     (!limit && !ended_ && report_.other_orders == 0 && !FirstIsEnough() &&
+                      (all_seen || ended == task::SearchStatus::kDepthLimit));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
@@ -371,15 +383,19 @@ void Planner::Conclude() {
     if (!report_.complete) report_.message = WhyIncomplete();
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
-  } else if (all_seen && all_proved) {
+  } else if (impossible_ || (all_seen && all_proved)) {
     report_.status = PlanStatus::kImpossible;
     if (source_.search().product().IsUnsatisfiable()) {
       report_.message = task::kUnsatisfiable;
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      report_.message =
-          "every sequence of actions is geometrically impossible: " + report_.candidates.front().reason;
+      const auto proved = std::find_if(
+          report_.candidates.begin(), report_.candidates.end(),
+          [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+      report_.message = proved == report_.candidates.end()
+                            ? "no sequence of actions reaches the goal"
+                            : "every sequence of actions is geometrically impossible: " + proved->reason;
     }
   } else {
     report_.status = PlanStatus::kGaveUp;
