@@ -65,6 +65,8 @@ void ExecutiveOptions::Validate() const {
   check("slip_distance", slip_distance);
   check("slip_angle", slip_angle);
   check("push_tolerance", push_tolerance);
+  check("push_angle", push_angle);
+  check("push_limit", push_limit);
   check("stall_time", stall_time);
   check("verb_timeout", verb_timeout);
   if (max_retries < 0) diagnostics.Add({}, "execution option 'max_retries' is negative", "0 or more");

@@ -37,6 +37,10 @@ struct VerbState {
   Eigen::Vector3d approach_T = Eigen::Vector3d::Zero();  ///< Direction of the whole motion, unit.
   math::Pose X_TC_start;                                 ///< Of a pushed object, as the push began.
   math::Pose X_TH_start;
+  Eigen::Vector3d normal_C = Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
+  double slope = 0;       ///< Tangent of the angle to it that a push may have and not slip.
+  double least_left = std::numeric_limits<double>::infinity();  ///< Of the push, m.
+  Eigen::Vector3d shift_G = Eigen::Vector3d::Zero();  ///< Of the place that a plan gives, in the target: see FindFreePlace.
 };
 
 enum class Outcome { kRunning, kDone, kAborted };
@@ -69,7 +73,12 @@ struct Executive::Impl {
   Outcome Run(const planning::WaitVerb& verb);
   void EnterReach(const planning::ReachVerb& verb);
   Outcome ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
-  Outcome MonitorPush(bool finished);
+
+  // push.cc
+  void EnterPush();
+  Outcome RunPush(const planning::ReachVerb& verb);
+  bool PushSlips();
+  Outcome FinishPush();
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
   bool OutOfReach(const math::Pose& X_TH) const;
   /// The object was put, or stood at the start, on the carrier, or on something that was.

@@ -16,6 +16,7 @@
 #include "tether/experiment/other_ways.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/planning/plan_file.h"
+#include "tether/robot/kinematics.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/world.h"
 
@@ -64,6 +65,7 @@ class Run {
       report_.reason = error.what();
     }
     Judge();
+    NameMissedEvents();
     Snapshot("end");
     report_.sim_time_s = world_.time();
     report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -218,6 +220,18 @@ class Run {
     }
   }
 
+  /// An event that waited for what never came is worth knowing: what was to be tried was not.
+  void NameMissedEvents() {
+    for (size_t i = 0; i < options_.events.size(); ++i) {
+      if (done_[i]) continue;
+      const Event& event = options_.events[i];
+      const std::string why = event.starts.empty()
+                                  ? "the run ended before " + Fixed(event.time, 2) + " s"
+                                  : "'" + event.starts + "' never started";
+      Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
+    }
+  }
+
   /// What touches what, for --verbose: why a motion may have stopped.
   void LogContacts() const {
     std::vector<std::string> bodies;
@@ -287,27 +301,35 @@ class Run {
     Truth truth;
     truth.X_WO = world_.Truth().X_WO;
     for (const auto& [name, observation] : world_.Observe()) {
-      robot::State state(scenario_.models.at(name));
-      state.Set(observation.q, observation.v);
-      truth.X_WHand[name] = scene_.InitialPose(name) * state.X_BH();
+      robot::Kinematics kinematics(scenario_.models.at(name));
+      kinematics.Set(observation.q);
+      truth.X_WHand[name] = scene_.InitialPose(name) * kinematics.X_BH();
     }
+    for (const scene::Object& object : scene_.objects)
+      truth.V_WO[object.name] = world_.ObjectVelocity(object.name);
     truth.contact_force = [this](const std::string& a, const std::string& b) {
       return world_.ContactForce(a, b);
     };
     return truth;
   }
 
-  /// A temporal goal reads how things are at the start and after each action.
+  /// A temporal goal reads how things are at the start, after each action and in between.
   void FeedJudge() {
     if (!temporal_judge_) return;
-    for (; letters_ <= ActionsDone(); ++letters_)
-      temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
+    const int done = ActionsDone();
+    const auto& actions = runner_->plan().actions;
+    if (letters_ > done) {
+      if (!temporal_judge_->NeedsSamples()) return;
+      const bool running = runner_->running() && done < static_cast<int>(actions.size());
+      return temporal_judge_->Sample(MakeTruth(), running ? actions[static_cast<size_t>(done)] : "");
+    }
+    for (; letters_ <= done; ++letters_) temporal_judge_->Observe(MakeTruth(), actions);
   }
 
   void Judge() {
     const Truth truth = MakeTruth();
     if (temporal_judge_) {
-      report_.judgement = temporal_judge_->Judge();
+      report_.judgement = temporal_judge_->Judge(truth);
     } else {
       report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
     }
@@ -391,7 +413,8 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
     facts.Append(Value::Object()
                      .Set("atom", fact.atom)
                      .Set("holds", fact.holds)
-                     .Set("judged_by", fact.geometric ? "geometry" : "effects"));
+                     .Set("judged_by", fact.geometric ? "geometry" : "effects")
+                     .Set("lapsed", fact.lapsed));
   }
   Value margins = Value::Array();
   for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
