@@ -30,6 +30,11 @@ struct VelocityOptions {
   double period = 0.005;  ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
+  /// What a goal leaves free goes back to the arm's home at this rate, 1/s; 0: it drifts. Joints that are
+  /// within `posture_slack` (rad) of it are left alone, and none is sent faster than `posture_speed` (rad/s).
+  double posture_gain = 0.5;
+  double posture_slack = 0.4;
+  double posture_speed = 0.25;
   double escape_speed = 0.05;    ///< At which a violated row is left, m/s or rad/s; goals are followed no
                                  ///< faster meanwhile.
   /// Throws InputError naming every field that is not finite or out of bounds.
@@ -99,7 +104,9 @@ struct VelocityFlags {
 ///
 ///   min ‖J q̇ + J_T V_T + η e‖² + λ ‖q̇‖²  subject to  ḋ ≥ −η_d (d − d_safe)  for each constraint,
 ///
-/// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
+/// where λ ‖q̇ − N q̇_p‖² takes the place of λ ‖q̇‖² while there is a goal: q̇_p leads to the arm's home, N is the
+/// projector on what the goal leaves free, so that redundancy has an aim and costs the goal nothing; with d's
+/// own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
 /// limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way least:
 /// priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than `ramp` allows,
 /// unless a row needs it: a servo that is asked for jumps overshoots.
@@ -134,6 +141,10 @@ class ConstrainedVelocity {
   /// The goal's functions at the last tick, before any limit of speed: the largest norm in m and in rad.
   double error_m() const;
   double error_rad() const;
+  /// By how much the extra fields that may not be relaxed were violated at the last tick, beyond any buffer: the
+  /// largest in m and in rad, not below zero.
+  double extra_violation_m() const;
+  double extra_violation_rad() const;
   /// Constraints in the order of `clearances`, "self", `fields`, then the extra ones.
   int num_constraints() const;
   const std::string& constraint_name(int index) const;

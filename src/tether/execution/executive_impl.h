@@ -40,10 +40,20 @@ struct VerbState {
   Eigen::Vector3d normal_C = Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
   double slope = 0;       ///< Tangent of the angle to it that a push may have and not slip.
   double least_left = std::numeric_limits<double>::infinity();  ///< Of the push, m.
-  Eigen::Vector3d shift_G = Eigen::Vector3d::Zero();  ///< Of the place that a plan gives, in the target: see FindFreePlace.
+  /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
+  Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
+  math::Pose X_TC_free;  ///< Where what is put down goes: the plan's pose, or a free one beside it.
+  bool clear = false;    ///< Of what was touched before the verb.
 };
 
 enum class Outcome { kRunning, kDone, kAborted };
+
+/// What was touched, and by what: verbs after a contact go along with it until they are clear of it.
+struct Contact {
+  AttachedFrame frame;  ///< In the world if nothing that can move was touched.
+  int held = kNone;     ///< What the hand holds; kNone: the hand itself touches.
+  int released = kNone; ///< What the hand has let go, on `frame`.
+};
 
 struct Executive::Impl {
   Impl(const scene::Scene& scene_in, const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
@@ -91,6 +101,12 @@ struct Executive::Impl {
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
   void Hold();
+
+  // contact_frame.cc
+  Contact TouchedNow() const;
+  bool IsClearOf(const Contact& contact) const;
+  void GoAlong();
+  int CarrierOf(int object) const;
 
   // servo.cc: frames.
   math::Pose X_WF(const AttachedFrame& frame) const;
@@ -142,7 +158,9 @@ struct Executive::Impl {
   VerbState now_;
   bool recovering_ = false;
   std::vector<planning::Verb> recovery_;
+  Contact before_recovery_;  ///< What was touched as the recovery began.
   int held_ = kNone;
+  double held_width_ = 0;  ///< Between the fingers as it was grasped, m.
   double held_since_ = 0;
   double lost_time_ = 0;
   math::Pose X_HO_grasp_;

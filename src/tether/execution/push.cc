@@ -10,7 +10,9 @@ namespace {
 using Eigen::Vector3d;
 
 // The object is led back to the straight line to its place within about this length, m.
-constexpr double kLookAhead = 0.03;
+constexpr double kLookAhead = 0.025;
+// Contacts creep sideways under a steady load: what that takes to make up for is learned at this rate, 1/s.
+constexpr double kDriftRate = 1.0;
 // The reference takes up this share of what the object still lacks per second: slowly enough that nothing is
 // pushed beyond its place, from where no tool could pull it back, 1/s.
 constexpr double kPushRate = 4;
@@ -85,6 +87,12 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   }
   Vector3d beside = lack - forward * n;
   beside -= X_WT.R.row(2).transpose() * X_WT.R.row(2).dot(beside);  // it stays on its surface
+  Vector3d off = now_.X_TC_start.p - X_TC.p;  // the shortest way back to the line
+  off -= u * u.dot(off);
+  now_.drift_T += kDriftRate * options_.period * (off - n * n.dot(off));
+  if (const double most = now_.slope * kLookAhead; now_.drift_T.norm() > most)
+    now_.drift_T *= most / now_.drift_T.norm();
+  beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
   if (const double most = now_.slope * forward; beside.norm() > most) beside *= most / beside.norm();
   Vector3d turn = math::LogSO3(X_TC_goal.R * X_TC.R.transpose());
   if (const double most = kTurnPerWay * forward; turn.norm() > most) turn *= most / turn.norm();

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tether/execution/executive_impl.h"
+#include "tether/execution/grasp_width.h"
 
 namespace tether::execution {
 namespace {
@@ -25,8 +26,6 @@ constexpr double kNearlyThereAngle = 0.15;  // rad
 constexpr double kSettledOpening = 0.0003;  // m
 constexpr double kSettledTime = 0.12;       // s
 constexpr double kGripperTimeout = 3;       // s
-// From this speed on, the gripper acts in the moving frame of the target, m/s.
-constexpr double kTargetMoves = 0.005;
 // A pose so far outside the reach is not tried, m.
 constexpr double kBeyondReach = 0.1;
 // Time constant with which slip in the hand is followed, s.
@@ -236,9 +235,14 @@ Outcome Executive::Impl::Run(const planning::ShiftVerb& verb) {
     if (verb.in == In::kControl && step().control != kNone) R = X_WO(step().control).R;
     now_.X_TG.p += R * verb.by;
   }
-  const double error = (X_WH_.p - now_.X_TG.p).norm();
+  GoAlong();
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const double error = (X_WH_.p - X_WT * now_.X_TG.p).norm();
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.2 * kShiftTolerance;
-  if (arrived && error < kShiftTolerance && V_WH_.head<3>().norm() < 2 * kSlow) return Outcome::kDone;
+  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(X_WH_.p - X_WT.p);
+  if (arrived && error < kShiftTolerance && (V_WH_.head<3>() - v_rest).norm() < 2 * kSlow)
+    return Outcome::kDone;
   if (!Stalled(error)) return Outcome::kRunning;
   Record(EventKind::kStalled, "the shift ends " + Millimetres(error) + " from where it led");
   ResetReferenceToHand();
@@ -250,7 +254,7 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
   const bool open = verb.close_on.empty();
   if (!now_.entered) {
     Hold();
-    if (V_WF(step().target).norm() > kTargetMoves) SwitchFrame(step().target);
+    GoAlong();
     now_.entered = true;
     now_.start = time_;
     now_.last_opening = opening_;
@@ -265,6 +269,8 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
       gripper_.force = std::min(verb.force, model_->gripper().max_force);
     }
   }
+  // Fingers that close on something move it: that is not gone along with.
+  if (open) GoAlong();
   now_.quiet_time += options_.period;
   if (std::abs(opening_ - now_.last_opening) > kSettledOpening) {
     now_.last_opening = opening_;
@@ -280,11 +286,15 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
   const int object = step().close_on[static_cast<size_t>(verb_)];
   const std::string name = "'" + scene_.objects[static_cast<size_t>(object)].name + "'";
-  if (opening_ < options_.least_width) {
-    Abort(EventKind::kGraspMissed, "the gripper closed on nothing instead of " + name, step_, true);
+  const std::string wrong = WrongWidth(opening_, scene_.objects[static_cast<size_t>(object)].shape,
+                                       math::Between(X_WH_, X_WO(object)), model_->gripper(),
+                                       options_.least_width);
+  if (!wrong.empty()) {
+    Abort(EventKind::kGraspMissed, "the gripper closed on " + wrong + " instead of " + name, step_, true);
     return Outcome::kAborted;
   }
   held_ = object;
+  held_width_ = opening_;
   FindRiders();
   held_since_ = time_;
   lost_time_ = 0;
@@ -299,6 +309,7 @@ Outcome Executive::Impl::Run(const planning::WaitVerb& verb) {
     now_.entered = true;
     now_.start = time_;
   }
+  GoAlong();
   return time_ - now_.start >= verb.seconds ? Outcome::kDone : Outcome::kRunning;
 }
 

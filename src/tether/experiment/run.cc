@@ -165,12 +165,16 @@ class Run {
     if (log.series.empty()) {
       log.scenario = scenario_.title;
       log.seed = options_.seed;
-      for (const Margin& margin : margins) {
-        log.series.push_back({margin.name, margin.unit, "Room left: " + margin.group, {}, 0, 0});
-      }
       for (const std::string& joint : model.joint_names()) {
         log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
       }
+    }
+    // Constraints of verbs come when their verbs do: they were not measured before.
+    for (; logged_margins_ < margins.size(); ++logged_margins_) {
+      const Margin& margin = margins[logged_margins_];
+      const std::vector<double> before(log.times.size(), std::nan(""));
+      log.series.insert(log.series.begin() + static_cast<std::ptrdiff_t>(logged_margins_),
+                        {margin.name, margin.unit, "Room left: " + margin.group, before, 0, 0});
     }
     log.times.push_back(world_.time());
     for (size_t i = 0; i < margins.size(); ++i) {
@@ -352,6 +356,7 @@ class Run {
   scene::WorldEstimate truth_;
   robot::Observations observations_;
   size_t seen_ = 0;
+  size_t logged_margins_ = 0;  ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.
   std::vector<bool> done_;            ///< Per disturbance.
   RunReport report_;
