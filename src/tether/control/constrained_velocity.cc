@@ -25,6 +25,8 @@ constexpr int kMaxFunctionRows = 12;
 constexpr double kRounding = 5e-4;
 // Derivatives below this are rounding, m/rad.
 constexpr double kDust = 1e-12;
+// The posture is sought at no more than this for each m/s that the goal asks for, rad/m.
+constexpr double kPostureShare = 8;
 // Directions in which a goal asks for less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
 // A row that gives way by less holds, m/s or rad/s.
@@ -57,7 +59,7 @@ void VelocityOptions::Validate() const {
   require("range", range, false);
   require("escape_speed", escape_speed, false);
   require("posture_gain", posture_gain, true);
-  require("posture_slack", posture_slack, true);
+  require("posture_share", posture_share, true);
   require("posture_speed", posture_speed, true);
   diagnostics.ThrowIfAny();
 }
@@ -91,7 +93,7 @@ struct ConstrainedVelocity::Impl {
   void AddFieldRows(Field& field, int constraint);
   void AddGoal(const Goal& goal);
   void AddPosture(const Goal& goal);
-  /// Lets what the goal, whose rows alone are in H, leaves free lead to the arm's home.
+  /// Lets what the goal, whose rows alone are in H, leaves free lead joints away from their limits.
   void AddRedundancy();
   double ExtraViolation(Unit unit) const;
   void SetBounds();
@@ -383,10 +385,14 @@ void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
 
 void ConstrainedVelocity::Impl::AddRedundancy() {
   if (options.posture_gain <= 0 || options.posture_speed <= 0) return;
+  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal gets.
+  const double wanted = options.gain * std::max(error_m, options.rotation_weight * error_rad);
+  const double most = std::min({options.posture_speed, kPostureShare * wanted, most_speed});
   for (int i = 0; i < n; ++i) {
-    const double away = kinematics.q()[i] - model->home()[i];
-    const double beyond = away - Clamp(away, options.posture_slack);
-    free_velocity[i] = -Clamp(options.posture_gain * beyond, options.posture_speed);
+    const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
+    const double away = kinematics.q()[i] - 0.5 * (model->upper()[i] + model->lower()[i]);
+    const double beyond = away - Clamp(away, options.posture_share * half);
+    free_velocity[i] = -Clamp(options.posture_gain * beyond, most);
   }
   // N = ε (T + ε)⁻¹ with T = 2 Σ JᵀJ of the goal: the projector on its null space, to ε.
   free_matrix = H;

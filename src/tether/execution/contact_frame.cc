@@ -2,6 +2,7 @@
 
 #include "tether/execution/executive_impl.h"
 #include "tether/geometry/distance.h"
+#include "tether/geometry/query.h"
 
 namespace tether::execution {
 namespace {
@@ -56,8 +57,14 @@ bool Executive::Impl::IsClearOf(const Contact& contact) const {
                                     X_WO(object))
                .distance < kClear;
   };
-  if (near(hand_shape_, X_WH_, contact.frame.object)) return false;
-  if (contact.released != kNone && near(hand_shape_, X_WH_, contact.released)) return false;
+  // Open fingers stand apart from what is between them: it is out once the finger tips are.
+  const auto at_hand = [&](int object) {
+    return near(hand_shape_, X_WH_, object) ||
+           geometry::DistanceToPoint(scene_.objects[static_cast<size_t>(object)].shape, X_WO(object), X_WH_.p)
+                   .distance < model_->gripper().pad_half_height + kClear;
+  };
+  if (at_hand(contact.frame.object)) return false;
+  if (contact.released != kNone && at_hand(contact.released)) return false;
   return contact.held == kNone || !near(scene_.objects[static_cast<size_t>(contact.held)].shape,
                                         X_WO(contact.held), contact.frame.object);
 }

@@ -5,6 +5,7 @@
 #include "tether/control/objective.h"
 #include "tether/execution/velocity_executive_impl.h"
 #include "tether/geometry/distance.h"
+#include "tether/geometry/query.h"
 #include "tether/geometry/support.h"
 #include "tether/scene/region.h"
 
@@ -83,10 +84,13 @@ int VelocityExecutive::Impl::ContactObject() const {
 bool VelocityExecutive::Impl::IsClearOf(int object) const {
   if (held >= 0) return std::find(supports.begin(), supports.end(), object) == supports.end();
   const geometry::Shape hand = model->HandShape(opening);
+  // Open fingers stand apart from what is between them: it is out once the finger tips are.
   const auto near = [&](int other) {
-    return geometry::SignedDistance(hand, X_WH, scene.objects[static_cast<size_t>(other)].shape,
-                                    objects[static_cast<size_t>(other)].X)
-               .distance < kClear;
+    const geometry::Shape& shape = scene.objects[static_cast<size_t>(other)].shape;
+    const Pose& X_WO = objects[static_cast<size_t>(other)].X;
+    return geometry::SignedDistance(hand, X_WH, shape, X_WO).distance < kClear ||
+           geometry::DistanceToPoint(shape, X_WO, X_WH.p).distance <
+               model->gripper().pad_half_height + kClear;
   };
   return !near(object) && (released < 0 || !near(released));
 }
