@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
+
 #include "tether/common/error.h"
 #include "tether/geometry/distance.h"
 #include "tether/qp/hierarchy.h"
@@ -23,6 +25,10 @@ constexpr int kMaxFunctionRows = 12;
 constexpr double kRounding = 5e-4;
 // Derivatives below this are rounding, m/rad.
 constexpr double kDust = 1e-12;
+// The posture is sought at no more than this for each m/s that the goal asks for, rad/m.
+constexpr double kPostureShare = 8;
+// Directions in which a goal asks for less than this are free, m²/rad².
+constexpr double kFree = 1e-4;
 // A row that gives way by less holds, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
@@ -52,6 +58,9 @@ void VelocityOptions::Validate() const {
   require("self_distance", self_distance, true);
   require("range", range, false);
   require("escape_speed", escape_speed, false);
+  require("posture_gain", posture_gain, true);
+  require("posture_share", posture_share, true);
+  require("posture_speed", posture_speed, true);
   diagnostics.ThrowIfAny();
 }
 
@@ -84,6 +93,9 @@ struct ConstrainedVelocity::Impl {
   void AddFieldRows(Field& field, int constraint);
   void AddGoal(const Goal& goal);
   void AddPosture(const Goal& goal);
+  /// Lets what the goal, whose rows alone are in H, leaves free lead joints away from their limits.
+  void AddRedundancy();
+  double ExtraViolation(Unit unit) const;
   void SetBounds();
   double* NewRow(const Row& row);
   /// Adds scale · d(n · v)/dq̇ of the point p on a link.
@@ -130,6 +142,9 @@ struct ConstrainedVelocity::Impl {
   Eigen::VectorXd g, lower, upper;
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
   Eigen::VectorXd qdot;
+  Eigen::MatrixXd free_matrix;
+  Eigen::VectorXd free_velocity;
+  Eigen::LLT<Eigen::MatrixXd> free_factor;
   Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
   Eigen::VectorXd goal_r{kMaxFunctionRows};
   Eigen::VectorXd goal_row;
@@ -155,6 +170,9 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
       smooth_lower(n),
       smooth_upper(n),
       qdot(Eigen::VectorXd::Zero(n)),
+      free_matrix(n, n),
+      free_velocity(n),
+      free_factor(n),
       goal_row(n) {
   options.Validate();
   for (const ClearanceConstraint& clearance : clearances) {
@@ -365,6 +383,37 @@ void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
   error_rad = std::max(error_rad, furthest);
 }
 
+void ConstrainedVelocity::Impl::AddRedundancy() {
+  if (options.posture_gain <= 0 || options.posture_speed <= 0) return;
+  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal gets.
+  const double wanted = options.gain * std::max(error_m, options.rotation_weight * error_rad);
+  const double most = std::min({options.posture_speed, kPostureShare * wanted, most_speed});
+  for (int i = 0; i < n; ++i) {
+    const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
+    const double away = kinematics.q()[i] - 0.5 * (model->upper()[i] + model->lower()[i]);
+    const double beyond = away - Clamp(away, options.posture_share * half);
+    free_velocity[i] = -Clamp(options.posture_gain * beyond, most);
+  }
+  // N = ε (T + ε)⁻¹ with T = 2 Σ JᵀJ of the goal: the projector on its null space, to ε.
+  free_matrix = H;
+  free_matrix.diagonal().array() += kFree;
+  free_factor.compute(free_matrix);
+  free_factor.solveInPlace(free_velocity);
+  g.noalias() -= 2 * options.damping * kFree * free_velocity;
+}
+
+double ConstrainedVelocity::Impl::ExtraViolation(Unit unit) const {
+  double most = 0;
+  const int first = first_field + static_cast<int>(fixed_fields);
+  for (int r = 0; r < num_rows; ++r) {
+    const Row& row = rows[static_cast<size_t>(r)];
+    if (row.constraint < first || row.priority > 0) continue;
+    const Field& field = fields[static_cast<size_t>(row.constraint - first_field)];
+    if (field.spec.function->unit() == unit) most = std::max(most, -(row.value + row.buffer));
+  }
+  return most;
+}
+
 void ConstrainedVelocity::Impl::SetBounds() {
   for (int i = 0; i < n; ++i) {
     const double most = std::min(1.0, options.velocity_share) * model->max_velocity()[i];
@@ -512,7 +561,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
     s.Fault();
     return s.qdot;
   }
-  s.H = 2 * s.options.damping * Eigen::MatrixXd::Identity(s.n, s.n);
+  s.H.setZero();
   s.g.setZero();
   s.AddPairRows();
   for (size_t i = 0; i < s.fields.size(); ++i) {
@@ -521,7 +570,12 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   s.ClearDust();
   s.FindViolation();
   if (goal != nullptr) s.AddGoal(*goal);
-  if (goal != nullptr && goal->posture.size() == s.n) s.AddPosture(*goal);
+  if (goal != nullptr && goal->posture.size() == s.n) {
+    s.AddPosture(*goal);
+  } else if (goal != nullptr) {
+    s.AddRedundancy();
+  }
+  s.H.diagonal().array() += 2 * s.options.damping;
   s.SetBounds();
   s.Solve();
   return s.qdot;
@@ -531,6 +585,8 @@ const VelocityFlags& ConstrainedVelocity::flags() const { return impl_->flags; }
 int ConstrainedVelocity::num_rows() const { return impl_->num_rows; }
 double ConstrainedVelocity::error_m() const { return impl_->error_m; }
 double ConstrainedVelocity::error_rad() const { return impl_->error_rad; }
+double ConstrainedVelocity::extra_violation_m() const { return impl_->ExtraViolation(Unit::kMetre); }
+double ConstrainedVelocity::extra_violation_rad() const { return impl_->ExtraViolation(Unit::kRadian); }
 int ConstrainedVelocity::num_constraints() const { return static_cast<int>(impl_->names.size()); }
 const std::string& ConstrainedVelocity::constraint_name(int index) const {
   return impl_->names[static_cast<size_t>(index)];

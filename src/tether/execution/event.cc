@@ -22,6 +22,8 @@ std::string_view ToString(EventKind kind) {
       return "grasp_missed";
     case EventKind::kGraspLost:
       return "grasp_lost";
+    case EventKind::kPlaceMissed:
+      return "place_missed";
     case EventKind::kPushSlipped:
       return "push_slipped";
     case EventKind::kStalled:

@@ -18,6 +18,7 @@ enum class EventKind {
   kReleased,
   kGraspMissed,      ///< The gripper closed on nothing.
   kGraspLost,        ///< The object no longer moves with the hand.
+  kPlaceMissed,      ///< What was put down is not in its region.
   kPushSlipped,      ///< The pushed object is not where it was pushed to.
   kStalled,          ///< A verb made no progress.
   kDetour,           ///< The arm goes round what holds it up, along a path in joint space.

@@ -8,6 +8,7 @@
 
 #include "tether/common/error.h"
 #include "tether/execution/executive_impl.h"
+#include "tether/execution/grasp_width.h"
 
 namespace tether::execution {
 namespace {
@@ -65,6 +66,8 @@ void ExecutiveOptions::Validate() const {
   check("slip_distance", slip_distance);
   check("slip_angle", slip_angle);
   check("push_tolerance", push_tolerance);
+  check("push_angle", push_angle);
+  check("push_limit", push_limit);
   check("stall_time", stall_time);
   check("verb_timeout", verb_timeout);
   if (max_retries < 0) diagnostics.Add({}, "execution option 'max_retries' is negative", "0 or more");
@@ -243,6 +246,7 @@ void Executive::Impl::RunVerb() {
 
 void Executive::Impl::Abort(EventKind kind, const std::string& reason, int resume, bool open) {
   Record(kind, reason);
+  before_recovery_ = TouchedNow();
   const int action = resolved_.plan.steps[static_cast<size_t>(step_)].action_index;
   Hold();
   if (retries_[action] >= options_.max_retries) {
@@ -271,7 +275,7 @@ void Executive::Impl::MonitorGrasp() {
   const math::Pose X_HO = math::Between(X_WH_, X_WO(held_));
   const bool slipped = (X_HO.p - X_HO_grasp_.p).norm() > options_.slip_distance ||
                        math::AngleBetween(X_HO.R, X_HO_grasp_.R) > options_.slip_angle;
-  const bool empty = opening_ < options_.least_width;
+  const bool empty = opening_ < std::max(options_.least_width, held_width_ - kWidthTolerance);
   lost_time_ = slipped || empty ? lost_time_ + options_.period : 0;
   if (lost_time_ < kLostFor) return;
   const std::string name = scene_.objects[static_cast<size_t>(held_)].name;

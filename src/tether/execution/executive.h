@@ -29,7 +29,9 @@ struct ExecutiveOptions {
   double least_width = 0.002;    ///< Closed further than this, the gripper holds nothing, m.
   double slip_distance = 0.03;   ///< An object displaced further in the hand is lost, m …
   double slip_angle = 0.6;       ///< … or turned further, rad.
-  double push_tolerance = 0.03;  ///< How far from its pose a pushed object may end, m.
+  double push_tolerance = 0.003;  ///< A push ends when the object is this near to its pose, m …
+  double push_angle = 0.0175;     ///< … and turned from it by no more, rad.
+  double push_limit = 0.03;       ///< Where it can get no nearer it may end so far from its pose, m.
   double stall_time = 1.5;       ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;      ///< s
   int max_retries = 2;           ///< Per action.
@@ -46,9 +48,9 @@ struct ExecutiveOptions {
 /// more room to the
 ///   joint limits is taken, at the first reach of the step.
 /// - A held object as control frame is servoed through the hand, at the pose in the hand where it is now.
-/// - Any other object as control frame is pushed: its pusher (what the hand holds, or the hand) is servoed
-/// along a straight
-///   line to where the plan's step before says it touches the object; the object is monitored (ERRATA A15).
+/// - Any other object as control frame is pushed by what the hand holds, or by the hand, until the *object* is
+/// where the plan has
+///   it: where the tool goes follows from where the object is at each tick (ERRATA A15). See push.cc.
 /// - A reach that isn't preceded by another one in its step crosses free space: what stands in the way is
 /// passed above.
 ///   Later ones, and pushes, go straight.

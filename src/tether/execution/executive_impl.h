@@ -37,9 +37,23 @@ struct VerbState {
   Eigen::Vector3d approach_T = Eigen::Vector3d::Zero();  ///< Direction of the whole motion, unit.
   math::Pose X_TC_start;                                 ///< Of a pushed object, as the push began.
   math::Pose X_TH_start;
+  Eigen::Vector3d normal_C = Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
+  double slope = 0;       ///< Tangent of the angle to it that a push may have and not slip.
+  double least_left = std::numeric_limits<double>::infinity();  ///< Of the push, m.
+  /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
+  Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
+  math::Pose X_TC_free;  ///< Where what is put down goes: the plan's pose, or a free one beside it.
+  bool clear = false;    ///< Of what was touched before the verb.
 };
 
 enum class Outcome { kRunning, kDone, kAborted };
+
+/// What was touched, and by what: verbs after a contact go along with it until they are clear of it.
+struct Contact {
+  AttachedFrame frame;  ///< In the world if nothing that can move was touched.
+  int held = kNone;     ///< What the hand holds; kNone: the hand itself touches.
+  int released = kNone; ///< What the hand has let go, on `frame`.
+};
 
 struct Executive::Impl {
   Impl(const scene::Scene& scene_in, const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
@@ -69,7 +83,12 @@ struct Executive::Impl {
   Outcome Run(const planning::WaitVerb& verb);
   void EnterReach(const planning::ReachVerb& verb);
   Outcome ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
-  Outcome MonitorPush(bool finished);
+
+  // push.cc
+  void EnterPush();
+  Outcome RunPush(const planning::ReachVerb& verb);
+  bool PushSlips();
+  Outcome FinishPush();
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
   bool OutOfReach(const math::Pose& X_TH) const;
   /// The object was put, or stood at the start, on the carrier, or on something that was.
@@ -82,6 +101,12 @@ struct Executive::Impl {
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
   void Hold();
+
+  // contact_frame.cc
+  Contact TouchedNow() const;
+  bool IsClearOf(const Contact& contact) const;
+  void GoAlong();
+  int CarrierOf(int object) const;
 
   // servo.cc: frames.
   math::Pose X_WF(const AttachedFrame& frame) const;
@@ -133,7 +158,9 @@ struct Executive::Impl {
   VerbState now_;
   bool recovering_ = false;
   std::vector<planning::Verb> recovery_;
+  Contact before_recovery_;  ///< What was touched as the recovery began.
   int held_ = kNone;
+  double held_width_ = 0;  ///< Between the fingers as it was grasped, m.
   double held_since_ = 0;
   double lost_time_ = 0;
   math::Pose X_HO_grasp_;

@@ -7,4 +7,9 @@ const std::vector<std::pair<std::string, std::string>>& PlanRunner::allowed() co
   return none;
 }
 
+const std::vector<control::FieldConstraint>& PlanRunner::verb_fields() const {
+  static const std::vector<control::FieldConstraint> none;
+  return none;
+}
+
 }  // namespace tether::execution

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/control/constrained_velocity.h"
 #include "tether/execution/event.h"
 #include "tether/planning/plan.h"
 #include "tether/robot/interface.h"
@@ -51,6 +52,8 @@ class PlanRunner {
   virtual int replans() const { return 0; }
   /// Pairs that the present step may bring into contact: names of objects, and "hand".
   virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
+  /// What the present verb asks to hold on its way besides the scenario's constraints.
+  virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };
 
 }  // namespace tether::execution

@@ -127,20 +127,8 @@ void Executive::Impl::MoveReference() {
 }
 
 bool Executive::Impl::IsCarriedBy(int carrier, int object) const {
-  const int last = std::min(step_, static_cast<int>(resolved_.steps.size()) - 1);
   for (size_t hops = 0; hops < objects_.size(); ++hops) {
-    int below = kNone;
-    bool moved = false;
-    for (int s = last; s >= 0 && !moved; --s) {
-      moved = resolved_.steps[static_cast<size_t>(s)].control == object;
-      if (moved) below = resolved_.steps[static_cast<size_t>(s)].target.object;
-    }
-    if (!moved) {
-      const std::string& parent = scene_.objects[static_cast<size_t>(object)].parent;
-      for (size_t i = 0; i < scene_.objects.size(); ++i) {
-        if (scene_.objects[i].name == parent) below = static_cast<int>(i);
-      }
-    }
+    const int below = CarrierOf(object);
     if (below == carrier) return true;
     if (below == kNone || below == object) return false;
     object = below;

@@ -130,6 +130,7 @@ void VelocityExecutive::Impl::UpdateAllowed() {
   }
   if (held >= 0) {
     for (const int support : supports) allowed.emplace_back(held_name, object_name(support));
+    for (const int object : beneath) allowed.emplace_back(held_name, object_name(object));
   }
   std::vector<std::pair<int, int>>& pairs = allowed_bodies;
   pairs.clear();
@@ -166,13 +167,16 @@ void VelocityExecutive::Impl::Hold(int object) {
                                 .distance;
     if (distance < kClear) supports.push_back(static_cast<int>(i));
   }
+  beneath.clear();
   UpdateAllowed();
+  FindBeneath();
 }
 
 void VelocityExecutive::Impl::Release() {
   held = -1;
   held_name.clear();
   supports.clear();
+  beneath.clear();
   controller.Release();
   UpdateAllowed();
 }
@@ -192,6 +196,7 @@ void VelocityExecutive::Impl::WatchHeld() {
     supports.erase(supports.begin() + static_cast<std::ptrdiff_t>(i--));
     UpdateAllowed();
   }
+  FindBeneath();
   const math::Pose X_HO = math::Between(X_WH, object.X);
   const bool out = (X_HO.p - X_HO_grasp.p).norm() > options.slip_distance ||
                    math::AngleBetween(X_HO.R, X_HO_grasp.R) > options.slip_angle;
@@ -247,6 +252,9 @@ void VelocityExecutive::Impl::StartStep(int step) {
   goal.reset();
   grasp.reset();
   path.clear();
+  released = -1;
+  clear = false;
+  verb_fields.clear();
   controller.SetExtraFields({});
   if (at >= static_cast<int>(steps.size())) {
     status.state = ExecutiveStatus::State::kFinished;
@@ -267,6 +275,7 @@ void VelocityExecutive::Impl::StartStep(int step) {
 void VelocityExecutive::Impl::FinishStep() {
   records[static_cast<size_t>(at)].end = time;
   Record(EventKind::kStepFinished, schema().control + " to " + schema().target);
+  if (MissedItsRegion()) return;
   StartStep(at + 1);
 }
 
@@ -353,8 +362,10 @@ void VelocityExecutive::Impl::Advance() {
     if (outcome == Outcome::kRunning) return;
     if (outcome == Outcome::kAborted) return;
     goal.reset();
+    verb_fields.clear();
     controller.SetExtraFields({});
     entered = false;
+    clear = false;
     if (++verb < schema().execute.size()) continue;
     FinishStep();
   }
@@ -407,6 +418,10 @@ int VelocityExecutive::retries() const { return impl_->retries; }
 int VelocityExecutive::replans() const { return impl_->other_ways; }
 const std::vector<std::pair<std::string, std::string>>& VelocityExecutive::allowed() const {
   return impl_->allowed;
+}
+const std::vector<control::FieldConstraint>& VelocityExecutive::verb_fields() const {
+  static const std::vector<control::FieldConstraint> none;
+  return impl_->path.empty() ? impl_->verb_fields : none;
 }
 const control::ConstrainedVelocity& VelocityExecutive::controller() const { return impl_->controller; }
 

@@ -50,7 +50,11 @@ struct VelocityExecutiveOptions {
 /// - A plan without key poses will do: where a step needs a grasp and the plan has none, it is taken from
 /// above.
 /// - Contact is exempt for the pairs under `allow`, for a held object against what it stood on until it is
-///   clear of that, and against what carries the region that it is brought to.
+///   clear of that, and against what carries the region that it is brought to; and while it is above either, within
+///   its outline, against what lies beneath that.
+/// - A reach is done when its own constraints hold as well. After something was let go in a region it is looked
+///   whether it is in there; if not, it is taken up again.
+/// - After a contact the hand goes along with what it touched until it is clear of that.
 /// - A verb without progress is reported with the constraints that hold it up; a detour in joint space is
 ///   planned and followed under the same constraints, then the action is tried again, then other actions are
 ///   asked for (`other_way`), then the run fails.
@@ -79,6 +83,7 @@ class VelocityExecutive final : public PlanRunner {
   int retries() const override;
   int replans() const override;
   const std::vector<std::pair<std::string, std::string>>& allowed() const override;
+  const std::vector<control::FieldConstraint>& verb_fields() const override;
   /// The controller as it was at the last tick.
   const control::ConstrainedVelocity& controller() const;
 

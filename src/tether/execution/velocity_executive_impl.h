@@ -50,6 +50,14 @@ struct VelocityExecutive::Impl {
   void Hold(int object);
   void Release();
 
+  // velocity_contact.cc
+  void FindBeneath();
+  bool IsOver(int object, int carrier) const;
+  int ContactObject() const;
+  bool IsClearOf(int object) const;
+  void GoAlong(bool move);
+  bool MissedItsRegion();
+
   // velocity_verbs.cc
   Outcome RunVerb();
   Outcome Run(const planning::ReachVerb& verb);
@@ -116,6 +124,11 @@ struct VelocityExecutive::Impl {
   std::vector<control::FieldConstraint> verb_fields;  ///< The controller's, of the present verb.
   std::vector<std::pair<int, int>> allowed_bodies;    ///< `allowed`, by the controller's numbers.
   std::vector<int> supports;                          ///< What the held object stood on and still touches.
+  std::vector<int> beneath, beneath_next;  ///< What lies under these, or under what carries the target.
+  int released = -1;                       ///< In this step.
+  math::Pose goal_pose;                    ///< Of the hand, of a shift, in the frame of `along` or the base.
+  int along = -1;                          ///< The object that the goal goes along with.
+  bool clear = false;                      ///< Of what was touched before this verb.
   std::vector<Eigen::VectorXd> path;  ///< A detour that is being followed; what is left of it.
   size_t waypoint = 0;
   int detours = 0;

@@ -6,6 +6,7 @@
 #include "tether/constraints/field_function.h"
 #include "tether/constraints/top_grasp.h"
 #include "tether/control/objective.h"
+#include "tether/execution/grasp_width.h"
 #include "tether/execution/velocity_executive_impl.h"
 #include "tether/geometry/query.h"
 #include "tether/geometry/support.h"
@@ -27,8 +28,6 @@ constexpr double kSettledOpening = 5e-4, kSettledTime = 0.3, kGripperTimeout = 2
 constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
 // Wider than what is to be grasped, when that is tried again, m.
 constexpr double kNarrowOpening = 0.05;
-// What is grasped is no further than this from the grasp point, m.
-constexpr double kInHand = 0.02;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
 constexpr double kProgress = 5e-4, kRadian = 0.3;
 // Cones begin at least so high above their region, m.
@@ -37,6 +36,8 @@ constexpr double kLeastHeight = 0.02;
 constexpr double kLeastRadius = 0.001;
 constexpr double kFirstSpeed = 0.05;
 constexpr double kWaypoint = 0.04;  // rad
+// A reach is not done before its constraints hold to within this, m and rad.
+constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
 
 std::string Millimetres(double metres) {
   char text[32];
@@ -209,6 +210,12 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
       field.target = target;
       field.frame = frame;
       Vector3d start = X_TF_now.p;
+      if (spec.kind == "cone") {
+        // It ends at the height where the reach does.
+        const double end = std::max(0.0, X_TF.p.z()) + reach.position_tolerance;
+        field.target.X_OF = field.target.X_OF * Pose(Vector3d(0, 0, end));
+        start.z() -= end;
+      }
       start.z() = std::max(start.z(), kLeastHeight);
       if (spec.kind == "upright") {
         field.buffer = 0;  // it becomes as narrow as things stand
@@ -288,8 +295,10 @@ Outcome VelocityExecutive::Impl::Run(const planning::ReachVerb& reach) {
   StepRecord& record = records[static_cast<size_t>(at)];
   record.position_error = error_m;
   record.rotation_error = error_rad;
-  if (error_m <= tolerance_m && error_rad <= tolerance_rad) return Outcome::kDone;
-  return WatchProgress(error_m + kRadian * error_rad);
+  const double off_m = controller.extra_violation_m(), off_rad = controller.extra_violation_rad();
+  const bool kept = off_m <= kKept && off_rad <= kKeptAngle;
+  if (error_m <= tolerance_m && error_rad <= tolerance_rad && kept) return Outcome::kDone;
+  return WatchProgress(error_m + off_m + kRadian * (error_rad + off_rad));
 }
 
 Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
@@ -303,14 +312,17 @@ Outcome VelocityExecutive::Impl::Run(const planning::ShiftVerb& shift) {
     if (shift.in == planning::In::kHand || shift.in == planning::In::kControl) by = X_WH.R * by;
     if (shift.in == planning::In::kTarget) by = X_WT.R * by;
     const Pose X_WGoal(X_WH.R, X_WH.p + by);
-    goal->functions = control::MakeObjective(Objective::kPose, control_scene.X_WBase().Inverse() * X_WGoal);
+    goal_pose = control_scene.X_WBase().Inverse() * X_WGoal;
+    goal->functions = control::MakeObjective(Objective::kPose, goal_pose);
     goal->speed = std::min(shift.speed, kFirstSpeed);
     goal->turn_speed = options.turn_speed;
     speed = shift.speed;
+    along = -1;
     entered = true;
     return Outcome::kRunning;
   }
   if (!path.empty()) return WatchProgress(0);
+  GoAlong(true);
   goal->speed = std::min(speed, kFirstSpeed + options.acceleration * (time - verb_start));
   if (controller.error_m() <= kShiftTolerance) return Outcome::kDone;
   return WatchProgress(controller.error_m());
@@ -352,9 +364,14 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     gripper.force = std::min(grip.force, limits.max_force);
     if (open && held >= 0) {
       Record(EventKind::kReleased, "'" + held_name + "'");
+      released = held;
       Release();
     }
+    along = -1;
+    GoAlong(false);
   }
+  // Fingers that close on something move it: that is not gone along with.
+  if (open) GoAlong(false);
   if (std::abs(opening - last_opening) > kSettledOpening) {
     last_opening = opening;
     quiet_since = time;
@@ -367,13 +384,15 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   }
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
   const int object = control_scene.ObjectIndex(grip.close_on);
-  const auto index = static_cast<size_t>(object);
-  const double distance =
-      object < 0 ? 0
-                 : geometry::DistanceToPoint(scene.objects[index].shape, objects[index].X, X_WH.p).distance;
-  if (object < 0 || opening < options.least_width || distance > kInHand) {
+  const std::string wrong =
+      object < 0 ? "nothing"
+                 : WrongWidth(opening, scene.objects[static_cast<size_t>(object)].shape,
+                              math::Between(X_WH, objects[static_cast<size_t>(object)].X), limits,
+                              options.least_width);
+  if (!wrong.empty()) {
     gripper.mode = robot::GripperCommand::Mode::kOpening;
-    Abort(EventKind::kGraspMissed, "the gripper closed on nothing instead of '" + grip.close_on + "'", true);
+    Abort(EventKind::kGraspMissed, "the gripper closed on " + wrong + " instead of '" + grip.close_on + "'",
+          true);
     return Outcome::kAborted;
   }
   Hold(object);
@@ -382,7 +401,9 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
 }
 
 Outcome VelocityExecutive::Impl::Run(const planning::WaitVerb& wait) {
+  if (!entered) along = -1;
   entered = true;
+  GoAlong(false);
   const scene::Region* region = wait.region.empty() ? nullptr : scene.FindRegion(wait.region);
   const double seconds = region != nullptr ? region->dwell : wait.seconds;
   return time - verb_start >= seconds ? Outcome::kDone : Outcome::kRunning;

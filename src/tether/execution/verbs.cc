@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tether/execution/executive_impl.h"
+#include "tether/execution/grasp_width.h"
 
 namespace tether::execution {
 namespace {
@@ -25,11 +26,6 @@ constexpr double kNearlyThereAngle = 0.15;  // rad
 constexpr double kSettledOpening = 0.0003;  // m
 constexpr double kSettledTime = 0.12;       // s
 constexpr double kGripperTimeout = 3;       // s
-// From this speed on, the gripper acts in the moving frame of the target, m/s.
-constexpr double kTargetMoves = 0.005;
-// A pusher that moved so far without taking the object along has lost it.
-constexpr double kPushSlack = 0.06;  // m
-constexpr double kPushShare = 0.3;
 // A pose so far outside the reach is not tried, m.
 constexpr double kBeyondReach = 0.1;
 // Time constant with which slip in the hand is followed, s.
@@ -115,7 +111,7 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
   now_.phase = choose ? 0 : 1;
 
   now_.X_TH_start = reference_.X_TR();
-  if (step().push) now_.X_TC_start = math::Between(X_WT, X_WO(step().control));
+  if (step().push) EnterPush();
   const Eigen::Vector3d way = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
   const bool moves = way.norm() > 0.002;
   now_.approach_T = moves ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
@@ -144,6 +140,7 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
     Abort(EventKind::kGraspLost, "'" + name + "' is not in the hand", resume, true);
     return Outcome::kAborted;
   }
+  if (step().push && now_.phase == 2) return FinishPush();
   if (!now_.entered) EnterReach(verb);
   if (now_.phase == 0) {
     if (!posture_search_.done()) return Outcome::kRunning;
@@ -155,20 +152,18 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
     const math::Pose measured = math::Between(X_WO(step().tool), X_WH_);
     X_ToolHand_ = Blend(X_ToolHand_, measured, std::min(1.0, options_.period / kSlipTime));
   }
+  if (step().push) return RunPush(verb);
   const math::Pose X_TTool = ToolGoal(verb);
   now_.X_TG = X_TTool * X_ToolHand_;
   if (OutOfReach(now_.X_TG)) {
-    Abort(EventKind::kStalled, "'" + plan_step().target + "' is where the arm can't reach the pose",
-          step().push ? step().action_start : step_, false);
+    Abort(EventKind::kStalled, "'" + plan_step().target + "' is where the arm can't reach the pose", step_,
+          false);
     return Outcome::kAborted;
   }
   const auto [position_error, rotation_error] = ToolError(X_TTool);
   records_[static_cast<size_t>(step_)].position_error = position_error;
   records_[static_cast<size_t>(step_)].rotation_error = rotation_error;
   if (verb.until_contact) return ReachUntilContact(verb, position_error, rotation_error);
-  if (step().push) {
-    if (const Outcome outcome = MonitorPush(false); outcome != Outcome::kRunning) return outcome;
-  }
 
   const bool arrived =
       (reference_.X_TR().p - now_.X_TG.p).norm() < std::max(kArrived, 0.2 * verb.position_tolerance) &&
@@ -178,14 +173,14 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
   const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(X_WH_.p - X_WF(frame_).p);
   const bool slow = (V_WH_.head<3>() - v_rest).norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
-  if (arrived && slow && there) return step().push ? MonitorPush(true) : Outcome::kDone;
+  if (arrived && slow && there) return Outcome::kDone;
 
   if (!Stalled(position_error + 0.2 * rotation_error)) return Outcome::kRunning;
   const std::string where = Millimetres(position_error) + " from its pose";
   if (position_error < std::max(kNearlyThere, verb.position_tolerance) &&
       rotation_error < std::max(kNearlyThereAngle, verb.rotation_tolerance)) {
     Record(EventKind::kStalled, "the reach ends " + where);
-    return step().push ? MonitorPush(true) : Outcome::kDone;
+    return Outcome::kDone;
   }
   if (now_.transit && (reference_.X_TR().p - now_.X_TG.p).norm() > kShiftTolerance) {
     // The way above what stands there is out of reach: the straight way is left.
@@ -194,8 +189,7 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
     now_.progress_time = time_;
     return Outcome::kRunning;
   }
-  Abort(EventKind::kStalled, "the reach stalled " + where, step().push ? step().action_start : step_,
-        step().tool == kNone);
+  Abort(EventKind::kStalled, "the reach stalled " + where, step_, step().tool == kNone);
   return Outcome::kAborted;
 }
 
@@ -228,34 +222,6 @@ Outcome Executive::Impl::ReachUntilContact(const planning::ReachVerb& verb, doub
   return Outcome::kDone;
 }
 
-Outcome Executive::Impl::MonitorPush(bool finished) {
-  const math::Pose X_WT = X_WF(frame_);
-  const math::Pose X_TC = math::Between(X_WT, X_WO(step().control));
-  const std::string& name = plan_step().control;
-  if (!finished) {
-    const double tool_way = (reference_.X_TR().p - now_.X_TH_start.p).norm();
-    const double object_way = (X_TC.p - now_.X_TC_start.p).norm();
-    if (tool_way < kPushSlack || object_way > kPushShare * (tool_way - kPushSlack / 2))
-      return Outcome::kRunning;
-    Abort(EventKind::kPushSlipped, "'" + name + "' does not move with its pusher", step().action_start,
-          false);
-    return Outcome::kAborted;
-  }
-  const Eigen::Vector3d error = X_TC.p - plan_step().X_TC.p;
-  const Eigen::Vector3d way = plan_step().X_TC.p - now_.X_TC_start.p;
-  const double along = way.norm() > 1e-6 ? error.dot(way.normalized()) : 0;
-  const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
-  StepRecord& record = records_[static_cast<size_t>(step_)];
-  record.position_error = error.norm();
-  record.rotation_error = math::AngleBetween(X_TC.R, plan_step().X_TC.R);
-  if (error.norm() <= options_.push_tolerance) return Outcome::kDone;
-  Abort(
-      EventKind::kPushSlipped,
-      "'" + name + "' ends " + Millimetres(along) + " along and " + Millimetres(lateral) + " beside its pose",
-      step().action_start, false);
-  return Outcome::kAborted;
-}
-
 Outcome Executive::Impl::Run(const planning::ShiftVerb& verb) {
   if (!now_.entered) {
     Hold();
@@ -269,9 +235,14 @@ Outcome Executive::Impl::Run(const planning::ShiftVerb& verb) {
     if (verb.in == In::kControl && step().control != kNone) R = X_WO(step().control).R;
     now_.X_TG.p += R * verb.by;
   }
-  const double error = (X_WH_.p - now_.X_TG.p).norm();
+  GoAlong();
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const double error = (X_WH_.p - X_WT * now_.X_TG.p).norm();
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.2 * kShiftTolerance;
-  if (arrived && error < kShiftTolerance && V_WH_.head<3>().norm() < 2 * kSlow) return Outcome::kDone;
+  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(X_WH_.p - X_WT.p);
+  if (arrived && error < kShiftTolerance && (V_WH_.head<3>() - v_rest).norm() < 2 * kSlow)
+    return Outcome::kDone;
   if (!Stalled(error)) return Outcome::kRunning;
   Record(EventKind::kStalled, "the shift ends " + Millimetres(error) + " from where it led");
   ResetReferenceToHand();
@@ -283,7 +254,7 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
   const bool open = verb.close_on.empty();
   if (!now_.entered) {
     Hold();
-    if (V_WF(step().target).norm() > kTargetMoves) SwitchFrame(step().target);
+    GoAlong();
     now_.entered = true;
     now_.start = time_;
     now_.last_opening = opening_;
@@ -298,6 +269,8 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
       gripper_.force = std::min(verb.force, model_->gripper().max_force);
     }
   }
+  // Fingers that close on something move it: that is not gone along with.
+  if (open) GoAlong();
   now_.quiet_time += options_.period;
   if (std::abs(opening_ - now_.last_opening) > kSettledOpening) {
     now_.last_opening = opening_;
@@ -313,11 +286,15 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
   const int object = step().close_on[static_cast<size_t>(verb_)];
   const std::string name = "'" + scene_.objects[static_cast<size_t>(object)].name + "'";
-  if (opening_ < options_.least_width) {
-    Abort(EventKind::kGraspMissed, "the gripper closed on nothing instead of " + name, step_, true);
+  const std::string wrong = WrongWidth(opening_, scene_.objects[static_cast<size_t>(object)].shape,
+                                       math::Between(X_WH_, X_WO(object)), model_->gripper(),
+                                       options_.least_width);
+  if (!wrong.empty()) {
+    Abort(EventKind::kGraspMissed, "the gripper closed on " + wrong + " instead of " + name, step_, true);
     return Outcome::kAborted;
   }
   held_ = object;
+  held_width_ = opening_;
   FindRiders();
   held_since_ = time_;
   lost_time_ = 0;
@@ -332,6 +309,7 @@ Outcome Executive::Impl::Run(const planning::WaitVerb& verb) {
     now_.entered = true;
     now_.start = time_;
   }
+  GoAlong();
   return time_ - now_.start >= verb.seconds ? Outcome::kDone : Outcome::kRunning;
 }
 

@@ -1,14 +1,20 @@
 #include "tether/experiment/contact.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tether/geometry/distance.h"
 #include "tether/geometry/query.h"
+#include "tether/geometry/support.h"
 
 namespace tether::experiment {
 namespace {
 
 constexpr double kTouch = 2e-3;
+// A body tips in steps of this angle, rad, at most so many; a lever below this does not tip it, m.
+constexpr double kTipStep = 0.005;
+constexpr int kTipSteps = 40;
+constexpr double kLevel = 1e-5;
 
 }  // namespace
 
@@ -23,6 +29,26 @@ Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, cons
       geometry::CastRay(lower.shape, X_WLower, centre, -Eigen::Vector3d::UnitZ(), geometry::RayStart::kIgnore)
           .has_value();
   return resting;
+}
+
+double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down) {
+  // On a plane, the height of the centre of mass is the support function less its own part; it tips downhill.
+  const Eigen::Vector3d centre = geometry::CentreOfMass(shape);
+  const auto height = [&](const Eigen::Vector3d& d) { return geometry::Support(shape, d) - d.dot(centre); };
+  Eigen::Vector3d d = down.normalized();
+  const Eigen::Vector3d start = d;
+  double lowest = height(d);
+  for (int step = 0; step < kTipSteps; ++step) {
+    Eigen::Vector3d uphill = geometry::SupportPoint(shape, d) - centre;
+    uphill -= d * d.dot(uphill);
+    if (uphill.norm() < kLevel) break;
+    const Eigen::Vector3d next = (d - kTipStep * uphill.normalized()).normalized();
+    const double then = height(next);
+    if (then >= lowest) break;
+    d = next;
+    lowest = then;
+  }
+  return std::acos(std::clamp(d.dot(start), -1.0, 1.0));
 }
 
 std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene) {

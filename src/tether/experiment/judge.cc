@@ -10,6 +10,9 @@ namespace tether::experiment {
 namespace {
 
 constexpr double kContact = 3e-3;     // m: what a settled simulated contact stays well within
+constexpr double kLean = 0.1;         // rad
+constexpr double kRestSpeed = 0.02;   // m/s
+constexpr double kRestTurn = 0.2;     // rad/s
 constexpr double kGraspForce = 1.0;   // N
 constexpr double kGraspReach = 0.01;  // m
 
@@ -96,7 +99,17 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
   const scene::Object* a = scene.FindObject(upper);
   const scene::Object* b = scene.FindObject(lower);
   if (a == nullptr || b == nullptr || a == b || IsInHand(scene, truth, upper)) return false;
-  return FindResting(*a, truth.X_WO.at(upper), *b, truth.X_WO.at(lower)).Holds(kContact);
+  const math::Pose &X_WA = truth.X_WO.at(upper), &X_WB = truth.X_WO.at(lower);
+  if (!FindResting(*a, X_WA, *b, X_WB).Holds(kContact)) return false;
+  if (FindLean(a->shape, -X_WA.R.transpose().col(2)) > kLean) return false;
+  // How fast the one moves relative to the other, at its own origin.
+  const auto velocity = [&](const std::string& name) -> math::Vector6d {
+    const auto found = truth.V_WO.find(name);
+    return found == truth.V_WO.end() ? math::Vector6d::Zero() : found->second;
+  };
+  const math::Vector6d V_A = velocity(upper), V_B = velocity(lower);
+  const Eigen::Vector3d v = V_A.head<3>() - V_B.head<3>() - V_B.tail<3>().cross(X_WA.p - X_WB.p);
+  return v.norm() <= kRestSpeed && (V_A.tail<3>() - V_B.tail<3>()).norm() <= kRestTurn;
 }
 
 bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area) {
@@ -157,30 +170,109 @@ Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symboli
   return judgement;
 }
 
+namespace {
+
+bool HasNext(const ltl::Formula& formula) {
+  const auto& nodes = formula.nodes();
+  return std::any_of(nodes.begin(), nodes.end(), [](const ltl::Formula::Node& node) {
+    return node.op == ltl::Operator::kNext || node.op == ltl::Operator::kStrongNext;
+  });
+}
+
+/// The conjunction of those conjuncts that have an X, or of the others.
+ltl::Formula Conjuncts(const ltl::Formula& formula, bool with_next) {
+  std::vector<ltl::Formula> all, chosen;
+  const ltl::Formula::Node& root = formula.node(formula.root());
+  if (root.op == ltl::Operator::kAnd) {
+    for (const int operand : root.operands) all.push_back(formula.Sub(operand));
+  } else {
+    all.push_back(formula);
+  }
+  for (const ltl::Formula& conjunct : all) {
+    if (HasNext(conjunct) == with_next) chosen.push_back(conjunct);
+  }
+  if (chosen.empty()) return ltl::Formula();
+  return chosen.size() == 1 ? chosen[0] : ltl::Formula::Make(ltl::Operator::kAnd, chosen);
+}
+
+}  // namespace
+
+TemporalJudge::Part::Part(const ltl::Formula& formula, const symbolic::Task& task,
+                          const task::TemporalGoal& goal)
+    : propositions(task::Propositions::Resolve(task, {formula, goal.semantics, goal.where})),
+      automaton(formula, goal.semantics) {}
+
 TemporalJudge::TemporalJudge(const scene::Scene& scene, const symbolic::Task& task,
                              const task::TemporalGoal& goal)
     : scene_(scene),
       task_(task),
-      propositions_(task::Propositions::Resolve(task, goal)),
-      automaton_(goal.formula, goal.semantics) {}
-
-void TemporalJudge::Observe(const Truth& truth, const std::vector<std::string>& actions) {
-  const symbolic::State state = StateAfter(task_, actions, letters_++);
-  ltl::Letter letter(automaton_.letter_words(), 0);
-  facts_.clear();
-  for (int proposition : automaton_.RelevantAtoms(state_)) {
-    const auto i = static_cast<size_t>(proposition);
-    bool holds = propositions_[i] == task::Propositions::kAlways;
-    if (propositions_[i] >= 0) {
-      facts_.push_back(
-          JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(propositions_[i])], state));
-      holds = facts_.back().holds;
-    }
-    if (holds) letter[i / 64] |= uint64_t{1} << (i % 64);
+      bounded_(Conjuncts(goal.formula, true), task, goal),
+      sampled_(Conjuncts(goal.formula, false), task, goal),
+      symbolic_(task.initial_state()) {
+  for (const int atom : task::Propositions::Resolve(task, goal)) {
+    if (atom >= 0 && std::find(atoms_.begin(), atoms_.end(), atom) == atoms_.end()) atoms_.push_back(atom);
   }
-  state_ = automaton_.Step(state_, ltl::LetterView(letter));
 }
 
-Judgement TemporalJudge::Judge() const { return {automaton_.IsAccepting(state_), facts_}; }
+GoalFact TemporalJudge::JudgeNumber(int atom, const Truth& truth) const {
+  return JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(atom)], symbolic_);
+}
+
+void TemporalJudge::Step(Part& part, const Values& holds) {
+  ltl::Letter letter(part.automaton.letter_words(), 0);
+  for (const int proposition : part.automaton.RelevantAtoms(part.state)) {
+    const auto i = static_cast<size_t>(proposition);
+    const int atom = part.propositions[i];
+    if (atom >= 0 ? holds(atom) : atom == task::Propositions::kAlways)
+      letter[i / 64] |= uint64_t{1} << (i % 64);
+  }
+  part.state = part.automaton.Step(part.state, ltl::LetterView(letter));
+}
+
+void TemporalJudge::Observe(const Truth& truth, const std::vector<std::string>& actions) {
+  symbolic_ = StateAfter(task_, actions, letters_++);
+  for (const int atom : atoms_) {
+    const bool holds = at_boundary_[atom] = JudgeNumber(atom, truth).holds;
+    if (holds) held_[atom] = true;
+  }
+  const Values holds = [&](int atom) { return at_boundary_.at(atom); };
+  Step(bounded_, holds);
+  Step(sampled_, holds);
+}
+
+void TemporalJudge::Sample(const Truth& truth, const std::string& running) {
+  if (running != running_) {
+    running_ = running;
+    effects_.clear();
+    const int action = running.empty() ? -1 : task_.FindAction(running);
+    if (action >= 0) {
+      for (const symbolic::GroundEffect& effect : task_.actions()[static_cast<size_t>(action)].effects) {
+        effects_.insert(effects_.end(), effect.deletes.begin(), effect.deletes.end());
+        effects_.insert(effects_.end(), effect.adds.begin(), effect.adds.end());
+      }
+    }
+  }
+  Step(sampled_, [&](int atom) {
+    const auto before = at_boundary_.find(atom);
+    const bool changing = std::find(effects_.begin(), effects_.end(), atom) != effects_.end();
+    if (changing && before != at_boundary_.end()) return before->second;
+    const bool holds = JudgeNumber(atom, truth).holds;
+    if (holds) held_[atom] = true;
+    return holds;
+  });
+}
+
+Judgement TemporalJudge::Judge(const Truth& truth) const {
+  Judgement judgement;
+  judgement.goal_reached =
+      bounded_.automaton.IsAccepting(bounded_.state) && sampled_.automaton.IsAccepting(sampled_.state);
+  for (const int atom : atoms_) {
+    GoalFact fact = JudgeNumber(atom, truth);
+    fact.lapsed = !fact.holds && held_.contains(atom) &&
+                  task_.Holds(task_.atoms()[static_cast<size_t>(atom)], symbolic_);
+    judgement.facts.push_back(fact);
+  }
+  return judgement;
+}
 
 }  // namespace tether::experiment

@@ -112,6 +112,20 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
   }
 }
 
+void MarginMonitor::ObserveField(const control::FieldConstraint& field, size_t margin, int held,
+                                 double time) {
+  const auto pose = [&](const control::Frame& frame, const math::Pose& otherwise) {
+    const int object = frame.object == control::kHeld ? held : frame.object;
+    return (object < 0 ? otherwise : bodies_.pose(bodies_.object(object)).X) * frame.X_OF;
+  };
+  if (field.frame.object != -1 && (held < 0 || (field.frame.object >= 0 && field.frame.object != held)))
+    return;
+  const std::array<math::Pose, 2> X{pose(field.target, math::Pose()), pose(field.frame, kinematics_.X_BH())};
+  Eigen::VectorXd r(field.function->size());
+  field.function->Evaluate(X, r, nullptr);
+  Take(margin, -r.maxCoeff(), time, "");
+}
+
 void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
                             const execution::PlanRunner& runner) {
   if (margins_.empty()) return;
@@ -127,19 +141,16 @@ void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Obse
   }
   ObserveClearances(time, runner);
   const int held = runner.held().empty() ? -1 : scene_.ObjectIndex(runner.held());
-  for (size_t i = 0; i < fields_.size(); ++i) {
-    const control::FieldConstraint& field = fields_[i];
-    const auto pose = [&](const control::Frame& frame, const math::Pose& otherwise) {
-      const int object = frame.object == control::kHeld ? held : frame.object;
-      return (object < 0 ? otherwise : bodies_.pose(bodies_.object(object)).X) * frame.X_OF;
-    };
-    if (field.frame.object != -1 && (held < 0 || (field.frame.object >= 0 && field.frame.object != held)))
-      continue;
-    const std::array<math::Pose, 2> X{pose(field.target, math::Pose()),
-                                      pose(field.frame, kinematics_.X_BH())};
-    Eigen::VectorXd r(field.function->size());
-    field.function->Evaluate(X, r, nullptr);
-    Take(field_margins_[i], -r.maxCoeff(), time, "");
+  for (size_t i = 0; i < fields_.size(); ++i) ObserveField(fields_[i], field_margins_[i], held, time);
+  for (const control::FieldConstraint& field : runner.verb_fields()) {
+    const auto known =
+        std::find_if(margins_.begin(), margins_.end(), [&](const Margin& m) { return m.name == field.name; });
+    const auto margin = static_cast<size_t>(known - margins_.begin());
+    if (known == margins_.end()) {
+      const bool metres = field.function->unit() == nlp::Unit::kMetre;
+      margins_.push_back({field.name, 1e300, metres ? "m" : "rad", metres ? "regions" : "angles", 0, "", 1e300});
+    }
+    ObserveField(field, margin, held, time);
   }
   for (int i = 0; i < model_->dof(); ++i) {
     const std::string& joint = model_->joint_names()[static_cast<size_t>(i)];

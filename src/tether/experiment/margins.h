@@ -32,7 +32,7 @@ Value WriteMargin(const Margin& margin);
 
 /// Measures how well constraints are kept, from the true state: by the geometry of all bodies, without the
 /// controller's rows. One margin per object of a clearance, one per other constraint, then the arm against
-/// itself, and joint velocities.
+/// itself, and joint velocities; and one per constraint of a verb as it is first met, by its name: "cone to tray".
 class MarginMonitor {
  public:
   MarginMonitor(const scene::Scene& scene,
@@ -56,6 +56,7 @@ class MarginMonitor {
   void Take(size_t margin, double value, double time, const std::string& what);
   bool IsAllowed(const execution::PlanRunner& runner, const std::string& a, const std::string& b) const;
   double Distance(int a, int b, double below) const;
+  void ObserveField(const control::FieldConstraint& field, size_t margin, int held, double time);
   void ObserveClearances(double time, const execution::PlanRunner& runner);
 
   std::vector<control::ConstraintSpec> constraints_;

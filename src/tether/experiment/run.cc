@@ -16,6 +16,7 @@
 #include "tether/experiment/other_ways.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/planning/plan_file.h"
+#include "tether/robot/kinematics.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/world.h"
 
@@ -64,6 +65,7 @@ class Run {
       report_.reason = error.what();
     }
     Judge();
+    NameMissedEvents();
     Snapshot("end");
     report_.sim_time_s = world_.time();
     report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -163,12 +165,16 @@ class Run {
     if (log.series.empty()) {
       log.scenario = scenario_.title;
       log.seed = options_.seed;
-      for (const Margin& margin : margins) {
-        log.series.push_back({margin.name, margin.unit, "Room left: " + margin.group, {}, 0, 0});
-      }
       for (const std::string& joint : model.joint_names()) {
         log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
       }
+    }
+    // Constraints of verbs come when their verbs do: they were not measured before.
+    for (; logged_margins_ < margins.size(); ++logged_margins_) {
+      const Margin& margin = margins[logged_margins_];
+      const std::vector<double> before(log.times.size(), std::nan(""));
+      log.series.insert(log.series.begin() + static_cast<std::ptrdiff_t>(logged_margins_),
+                        {margin.name, margin.unit, "Room left: " + margin.group, before, 0, 0});
     }
     log.times.push_back(world_.time());
     for (size_t i = 0; i < margins.size(); ++i) {
@@ -215,6 +221,18 @@ class Run {
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
       world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+    }
+  }
+
+  /// An event that waited for what never came is worth knowing: what was to be tried was not.
+  void NameMissedEvents() {
+    for (size_t i = 0; i < options_.events.size(); ++i) {
+      if (done_[i]) continue;
+      const Event& event = options_.events[i];
+      const std::string why = event.starts.empty()
+                                  ? "the run ended before " + Fixed(event.time, 2) + " s"
+                                  : "'" + event.starts + "' never started";
+      Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
     }
   }
 
@@ -287,27 +305,35 @@ class Run {
     Truth truth;
     truth.X_WO = world_.Truth().X_WO;
     for (const auto& [name, observation] : world_.Observe()) {
-      robot::State state(scenario_.models.at(name));
-      state.Set(observation.q, observation.v);
-      truth.X_WHand[name] = scene_.InitialPose(name) * state.X_BH();
+      robot::Kinematics kinematics(scenario_.models.at(name));
+      kinematics.Set(observation.q);
+      truth.X_WHand[name] = scene_.InitialPose(name) * kinematics.X_BH();
     }
+    for (const scene::Object& object : scene_.objects)
+      truth.V_WO[object.name] = world_.ObjectVelocity(object.name);
     truth.contact_force = [this](const std::string& a, const std::string& b) {
       return world_.ContactForce(a, b);
     };
     return truth;
   }
 
-  /// A temporal goal reads how things are at the start and after each action.
+  /// A temporal goal reads how things are at the start, after each action and in between.
   void FeedJudge() {
     if (!temporal_judge_) return;
-    for (; letters_ <= ActionsDone(); ++letters_)
-      temporal_judge_->Observe(MakeTruth(), runner_->plan().actions);
+    const int done = ActionsDone();
+    const auto& actions = runner_->plan().actions;
+    if (letters_ > done) {
+      if (!temporal_judge_->NeedsSamples()) return;
+      const bool running = runner_->running() && done < static_cast<int>(actions.size());
+      return temporal_judge_->Sample(MakeTruth(), running ? actions[static_cast<size_t>(done)] : "");
+    }
+    for (; letters_ <= done; ++letters_) temporal_judge_->Observe(MakeTruth(), actions);
   }
 
   void Judge() {
     const Truth truth = MakeTruth();
     if (temporal_judge_) {
-      report_.judgement = temporal_judge_->Judge();
+      report_.judgement = temporal_judge_->Judge(truth);
     } else {
       report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
     }
@@ -330,6 +356,7 @@ class Run {
   scene::WorldEstimate truth_;
   robot::Observations observations_;
   size_t seen_ = 0;
+  size_t logged_margins_ = 0;  ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.
   std::vector<bool> done_;            ///< Per disturbance.
   RunReport report_;
@@ -391,7 +418,8 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
     facts.Append(Value::Object()
                      .Set("atom", fact.atom)
                      .Set("holds", fact.holds)
-                     .Set("judged_by", fact.geometric ? "geometry" : "effects"));
+                     .Set("judged_by", fact.geometric ? "geometry" : "effects")
+                     .Set("lapsed", fact.lapsed));
   }
   Value margins = Value::Array();
   for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
