@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <future>
 #include <limits>
 #include <utility>
 
 #include "tether/planning/action_reader.h"
+#include "tether/common/text.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
 #include "tether/planning/relaxed.h"
@@ -105,7 +105,7 @@ class Planner {
     pruned.plan.actions = ActionNames(task_, candidate.actions);
     pruned.bound = candidate.bound;
     char text[64];
-    std::snprintf(text, sizeof text, "it costs at least %.4f", candidate.bound);
+    FormatInto(text, sizeof text, "it costs at least %.4f", candidate.bound);
     pruned.reason = text;
     if (on_candidate_) on_candidate_(pruned);
     report_.candidates.push_back(std::move(pruned));

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <variant>
 
+#include "tether/common/text.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 
@@ -234,7 +234,7 @@ class WayChecker {
         const double distance = geometry::SignedDistance(a, X_WA, b, X_WB).distance;
         if (distance >= -kTouch) continue;
         char text[160];
-        std::snprintf(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
+        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
                       solids[j].c_str());
         return text;
       }

@@ -9,7 +9,9 @@
 
 #include <mujoco/mujoco.h>
 
+#include "tether/common/file.h"
 #include "tether/common/reader.h"
+#include "tether/common/text.h"
 #include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"
 #include "tether/robot/mujoco_setup.h"
@@ -282,6 +284,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
   std::array<char, 1000> message{};
   try {
+    const PlainLocale plain;  // MuJoCo reads numbers as the locale says.
     impl->mujoco.reset(mj_loadXML(impl->mjcf_path.c_str(), nullptr, message.data(), message.size()));
   } catch (const MujocoError& error) {
     throw InputError({{{impl->mjcf_path}, error.what(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
