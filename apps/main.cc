@@ -17,6 +17,7 @@
 #include "signals.h"
 
 #include "tether/common/error.h"
+#include "tether/common/limits.h"
 #include "tether/common/log.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/task_command.h"
@@ -40,6 +41,22 @@ CLI::Validator WholeNumber() {
       "");
 }
 
+void AddMemoryLimit(CLI::App& command, size_t& bytes) {
+  command
+      .add_option_function<std::string>(
+          "--memory-limit", [&bytes](const std::string& text) { bytes = *tether::ParseMemorySize(text); },
+          "The program gives up when it occupies so much memory, such as 500M or 4G (without a unit: MiB; "
+          "default 2G); 0: no limit")
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            return tether::ParseMemorySize(text)
+                       ? ""
+                       : "'" + text + "' (a size is accepted, such as 512, 500M or 2.5G; 0: no limit)";
+          },
+          ""))
+      ->type_name("SIZE");
+}
+
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command.add_option("--solver", overrides.solver, "Nonlinear solver: native, ipopt or nlopt")
       ->type_name("NAME");
@@ -47,8 +64,10 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command.add_option("--threads", overrides.threads, "Candidates optimised at once; 0: all processors")
       ->type_name("N");
   command
-      .add_option("--time-limit", overrides.time_limit_s, "Planning stops after so many seconds; 0: no limit")
+      .add_option("--time-limit", overrides.time_limit_s,
+                  "Grounding and planning stop after so many seconds; 0: no limit")
       ->type_name("S");
+  AddMemoryLimit(command, overrides.memory_limit);
   command.add_option("--goal", overrides.goal, "Temporal formula, in place of the scenario's goal")
       ->type_name("FORMULA");
   command.add_option("--semantics", overrides.semantics, "Of the temporal goal: cosafe (default) or ltlf")
@@ -317,8 +336,10 @@ void AddTask(CLI::App& app, TaskArguments& arguments, std::function<int()>& run)
   command->add_option("--max-plans", arguments.max_plans, "So many plans, cheapest first (default 1); 0: all")
       ->type_name("K");
   command
-      ->add_option("--time-limit", arguments.time_limit_s, "Search stops after so many seconds; 0: no limit")
+      ->add_option("--time-limit", arguments.time_limit_s,
+                   "Reading, grounding and search stop after so many seconds; 0: no limit")
       ->type_name("S");
+  AddMemoryLimit(*command, arguments.memory_limit);
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
   command->footer(R"(Examples:
@@ -400,6 +421,9 @@ int Guarded(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "gave up: there is not enough memory\n");
     return kExitGaveUp;
+  } catch (const tether::LimitReached& reached) {
+    std::fprintf(stderr, "%s\n", reached.what());
+    return reached.limit() == tether::Limit::kInterrupted ? kExitInterrupted : kExitGaveUp;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "internal error: %s\n", error.what());
     return kExitInternal;

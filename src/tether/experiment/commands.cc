@@ -62,20 +62,41 @@ int ExitCodeOf(RunStatus status) {
 /// A scenario read for one command, with what that took.
 struct Loaded {
   Scenario scenario;
-  std::shared_ptr<const symbolic::Task> task;
+  std::shared_ptr<const symbolic::Task> task;  ///< Null: `reached` says why.
+  Limit reached = Limit::kTime;
   double parse_s = 0;
 };
 
-Loaded Load(const std::string& path) {
+/// With `overrides`, grounding keeps to the limits of planning.
+Loaded Load(const std::string& path, const PlanningOverrides* overrides) {
   const auto begin = std::chrono::steady_clock::now();
   Loaded loaded;
   loaded.scenario = LoadScenario(path);
-  loaded.task = MakeTask(loaded.scenario);
+  Limits limits;
+  if (overrides != nullptr) {
+    limits.interrupted = overrides->stop;
+    limits.memory = overrides->memory_limit;
+    limits.SetTimeLimit(overrides->time_limit_s.value_or(loaded.scenario.planning.time_limit_s));
+  }
+  try {
+    loaded.task = MakeTask(loaded.scenario, limits);
+  } catch (const LimitReached& reached) {
+    loaded.reached = reached.limit();
+  }
   loaded.parse_s = Since(begin);
   return loaded;
 }
 
-planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
+/// What a plan report says where grounding came to no end.
+planning::PlanReport NotGrounded(const Loaded& loaded) {
+  planning::PlanReport report;
+  const bool interrupted = loaded.reached == Limit::kInterrupted;
+  report.status = interrupted ? planning::PlanStatus::kInterrupted : planning::PlanStatus::kGaveUp;
+  report.message = "grounding: " + std::string(Describe(loaded.reached));
+  return report;
+}
+
+planning::PlanReport PlanWithOutput(const Loaded& loaded, planning::Problem& problem,
                                     const Terminal& terminal) {
   terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
                  terminal.Dim(nlp::ToString(problem.program.backend) +
@@ -87,10 +108,16 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
     terminal.Print("  " + problem.goal->formula.ToString() +
                    terminal.Dim("  " + ToString(problem.goal->semantics)));
   int number = 0;
-  planning::PlanReport report =
-      planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {
-        terminal.Print(CandidateLine(candidate, ++number, terminal));
-      });
+  planning::PlanReport report;
+  if (loaded.task == nullptr) {
+    report = NotGrounded(loaded);
+  } else {
+    double& limit = problem.search.time_limit_s;
+    if (limit > 0) limit = std::max(limit - loaded.parse_s, 1e-9);
+    report = planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {
+      terminal.Print(CandidateLine(candidate, ++number, terminal));
+    });
+  }
   report.parse_s = loaded.parse_s;
   report.total_s += loaded.parse_s;
   terminal.Print("\n" + PlanTable(report, terminal));
@@ -123,7 +150,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
     WarnOfViolations(plan, MakeProblem(scenario, scene, arguments.overrides));
     return plan;
   }
-  const planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
+  planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   plan_report = WritePlanReport(report, scenario.title, problem.search.seed);
   exit_code = ExitCodeOf(report.status);
@@ -193,11 +220,11 @@ int PlanCommand(const PlanArguments& arguments) {
   outputs.Add(arguments.output, "--output");
   outputs.Add(arguments.trace, "--trace");
   outputs.Require({arguments.scenario});
-  const Loaded loaded = Load(arguments.scenario);
-  outputs.RequireUnread();
   PlanningOverrides overrides = arguments.overrides;
+  const Loaded loaded = Load(arguments.scenario, &overrides);
+  outputs.RequireUnread();
   overrides.trace = !arguments.trace.empty();
-  const planning::Problem problem = MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
+  planning::Problem problem = MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   const uint64_t seed = problem.search.seed;
   outputs.Write(arguments.json, WritePlanReport(report, loaded.scenario.title, seed));
@@ -232,7 +259,7 @@ int RunCommand(const RunArguments& arguments) {
   RequireFolder(arguments.snapshots, unwritable);
   unwritable.ThrowIfAny();
   const Terminal terminal(arguments.json == "-" || arguments.log == "-");
-  const Loaded loaded = Load(arguments.scenario);
+  const Loaded loaded = Load(arguments.scenario, arguments.plan.empty() ? &arguments.overrides : nullptr);
   const Scenario& scenario = loaded.scenario;
   const uint64_t seed = arguments.overrides.seed.value_or(scenario.seed);
   RunOptions options;

@@ -181,7 +181,8 @@ class Planner {
 };
 
 void Planner::Conclude() {
-  const task::SearchStatus ended = source_.ended();
+  const auto limit = limits_.Reached();
+  const task::SearchStatus ended = limit ? task::StatusOf(*limit) : source_.ended();
   report_.expanded = static_cast<int>(source_.expanded());
   report_.generated = static_cast<int>(source_.generated());
   report_.total_s = limits_.Elapsed();
@@ -190,16 +191,16 @@ void Planner::Conclude() {
   const bool enough = EnoughWithout(std::numeric_limits<double>::infinity());
   const bool best_is_first = problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
   report_.complete =
-      !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
+      !limit && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
   if (!costs_.empty()) {
     report_.status = PlanStatus::kSolved;
-    if (!report_.complete && enough && !limits_.Over())
+    if (!report_.complete && enough && !limit)
       report_.message = "of the shortest candidates these are the best; longer ones were not compared";
     else if (!report_.complete)
-      report_.message = task::Describe(limits_.Over() ? task::SearchStatus::kTimeLimit : ended);
+      report_.message = task::Describe(ended);
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
   } else if (all_seen && all_proved) {
@@ -217,8 +218,8 @@ void Planner::Conclude() {
     if (ended == task::SearchStatus::kDepthLimit && report_.candidates.empty()) {
       report_.message = "no sequence of up to " + std::to_string(problem_.search.max_actions) +
                         " actions reaches the goal; longer ones may (max_actions)";
-    } else if (limits_.Over()) {
-      report_.message = "the time limit was reached";
+    } else if (limit || ended == task::SearchStatus::kMemoryLimit) {
+      report_.message = task::Describe(ended);
     } else if (!report_.candidates.empty()) {
       report_.message = "no candidate has feasible key poses: " + report_.candidates.front().reason;
     } else {
