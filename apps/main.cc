@@ -360,6 +360,7 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", "tether " + Version());
   bool verbose = false;
   app.add_flag("--verbose", verbose, "Say more, on standard error");
+  size_t memory_limit = tether::kDefaultMemoryLimit;
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(R"(Examples:
@@ -388,6 +389,9 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   AddCampaign(app, campaign, command);
   AddAutomaton(app, automaton, command);
   AddTask(app, task, command);
+  for (CLI::App* one : app.get_subcommands({})) {
+    if (one->get_option_no_throw("--memory-limit") == nullptr) AddMemoryLimit(*one, memory_limit);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -397,6 +401,10 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   }
   tether::SetVerbose(verbose);
   if (StopRequested()) return kExitInterrupted;
+  tether::Limits limits;
+  limits.interrupted = &StopRequested();
+  limits.memory = memory_limit;
+  const tether::LimitsScope scope(limits);
   const int code = command();
   RequireStandardOutput();
   return code;

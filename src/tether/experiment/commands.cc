@@ -73,7 +73,9 @@ Loaded Load(const std::string& path, const PlanningOverrides* overrides) {
   Loaded loaded;
   loaded.scenario = LoadScenario(path);
   Limits limits;
+  std::optional<LimitsScope> scope;
   if (overrides != nullptr) {
+    scope.emplace(limits);
     limits.interrupted = overrides->stop;
     limits.memory = overrides->memory_limit;
     limits.SetTimeLimit(overrides->time_limit_s.value_or(loaded.scenario.planning.time_limit_s));

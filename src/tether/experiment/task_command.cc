@@ -192,6 +192,7 @@ int TaskCommand(const TaskArguments& arguments) {
   outputs.Require({arguments.domain, arguments.problem});
   const Terminal terminal(arguments.json == "-");
   const Limits limits = arguments.MakeLimits();
+  const LimitsScope scope(limits);
   auto begin = std::chrono::steady_clock::now();
   const auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
   const double parse_s = Since(begin);
