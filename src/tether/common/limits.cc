@@ -26,7 +26,17 @@ size_t RecentMemoryInUse(Clock::time_point now) {
   return in_use;
 }
 
+thread_local const Limits* scope_limits = nullptr;
+thread_local uint32_t scope_ticks = 0;
+
 }  // namespace
+
+LimitsScope::LimitsScope(const Limits& limits) : before_(scope_limits) { scope_limits = &limits; }
+LimitsScope::~LimitsScope() { scope_limits = before_; }
+
+void PollLimits() {
+  if (scope_limits != nullptr && ++scope_ticks % 64 == 0) scope_limits->Poll();
+}
 
 std::string_view Describe(Limit limit) {
   switch (limit) {

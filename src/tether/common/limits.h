@@ -73,6 +73,24 @@ class LimitPoller {
   uint32_t ticks_ = 0;
 };
 
+/// While one lives, `limits` are those of all that this thread computes: for code that is too deep, or called
+/// from too many places, to be handed them. Scopes nest; the inner one counts.
+class LimitsScope {
+ public:
+  /// `limits` must outlive the scope.
+  explicit LimitsScope(const Limits& limits);
+  ~LimitsScope();
+  LimitsScope(const LimitsScope&) = delete;
+  LimitsScope& operator=(const LimitsScope&) = delete;
+
+ private:
+  const Limits* before_;
+};
+
+/// Polls the limits of this thread's scope, if there is one, every 64th time that it is called. Throws
+/// LimitReached.
+void PollLimits();
+
 /// The default of --memory-limit, in bytes.
 constexpr size_t kDefaultMemoryLimit = size_t{2} << 30;
 

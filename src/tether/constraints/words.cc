@@ -1,14 +1,15 @@
 #include "tether/constraints/words.h"
 
+#include "tether/common/text.h"
+
 #include <cmath>
-#include <cstdio>
 
 namespace tether::constraints {
 namespace {
 
 std::string Text(const char* format, double number) {
   char text[48];
-  std::snprintf(text, sizeof text, format, number);
+  FormatInto(text, sizeof text, format, number);
   return text;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
+#include "tether/common/text.h"
 #include "tether/geometry/query.h"
 
 namespace tether::execution {
@@ -28,9 +28,8 @@ std::optional<double> WidthBetweenFingers(const geometry::Shape& shape, const ma
       const double x = gripper.pad_half_width * (2.0 * i / (kRays - 1) - 1);
       const double z = gripper.pad_half_height * (2.0 * k / (kRays - 1) - 1);
       for (const double side : {1.0, -1.0}) {
-        const auto hit =
-            geometry::CastRay(shape, X_HO, Vector3d(x, side * open, z), Vector3d(0, -side, 0),
-                              geometry::RayStart::kIgnore, 2 * open);
+        const auto hit = geometry::CastRay(shape, X_HO, Vector3d(x, side * open, z), Vector3d(0, -side, 0),
+                                           geometry::RayStart::kIgnore, 2 * open);
         if (!hit) continue;
         most = std::max(most, hit->p_W.y());
         least = std::min(least, hit->p_W.y());
@@ -49,9 +48,9 @@ std::string WrongWidth(double opening, const geometry::Shape& shape, const math:
   if (width && std::abs(opening - *width) <= tolerance) return "";
   char text[80];
   if (width) {
-    std::snprintf(text, sizeof text, "something %.1f mm wide, not %.1f", 1e3 * opening, 1e3 * *width);
+    FormatInto(text, sizeof text, "something %.1f mm wide, not %.1f", 1e3 * opening, 1e3 * *width);
   } else {
-    std::snprintf(text, sizeof text, "something else, %.1f mm wide", 1e3 * opening);
+    FormatInto(text, sizeof text, "something else, %.1f mm wide", 1e3 * opening);
   }
   return text;
 }

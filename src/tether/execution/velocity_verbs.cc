@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
+#include "tether/common/text.h"
 #include "tether/constraints/field_function.h"
 #include "tether/constraints/top_grasp.h"
 #include "tether/control/objective.h"
@@ -41,7 +41,7 @@ constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
 
 std::string Millimetres(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f mm", 1000 * metres);
+  FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
   return text;
 }
 

@@ -45,6 +45,9 @@ void CheckOverrides(const PlanningOverrides& overrides) {
   at_least(overrides.max_actions, 1, "--max-actions", "a whole number above zero");
   at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: all");
   at_least(overrides.threads, 0, "--threads", "a number of threads; 0: all processors");
+  if (overrides.threads && *overrides.threads > kMostThreads)
+    diagnostics.Add({}, "--threads is " + std::to_string(*overrides.threads),
+                    "up to " + std::to_string(kMostThreads));
   at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
   at_least(overrides.max_iterations, 1, "--max-iterations", "a whole number above zero");
   diagnostics.ThrowIfAny();

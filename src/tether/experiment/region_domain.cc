@@ -38,6 +38,9 @@ class LayoutFinder {
     }
     FindItems();
     FindWithin();
+    // No more places than there are objects: each place is an object of the problem.
+    for (RegionLayout::Place& place : layout_.regions)
+      place.capacity = std::min(place.capacity, static_cast<int>(layout_.items.size()));
     layout_.groups = scene_.groups;
     for (const auto& [name, members] : scene_.groups) Declare(name);
     return std::move(layout_);

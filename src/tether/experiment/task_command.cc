@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/experiment/commands.h"
+#include "tether/experiment/outputs.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/terminal.h"
@@ -67,7 +68,7 @@ std::string Count(uint64_t number, const std::string& what) {
 void Print(const TaskReport& report, const symbolic::Task* task, const Terminal& terminal) {
   for (const task::Skeleton& plan : report.plans) {
     char cost[32];
-    std::snprintf(cost, sizeof cost, "%.10g", plan.cost);
+    FormatInto(cost, sizeof cost, "%.10g", plan.cost);
     terminal.Print(terminal.Bold("cost " + std::string(cost)) + "  " +
                    terminal.Dim(Count(plan.actions.size(), "action")));
     for (int action : plan.actions) terminal.Print("  " + task->actions()[static_cast<size_t>(action)].name);
@@ -186,11 +187,12 @@ Value WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem
 
 int TaskCommand(const TaskArguments& arguments) {
   Validate(arguments);
-  Diagnostics unwritable;
-  RequireWritable(arguments.json, "--json", unwritable);
-  unwritable.ThrowIfAny();
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Require({arguments.domain, arguments.problem});
   const Terminal terminal(arguments.json == "-");
   const Limits limits = arguments.MakeLimits();
+  const LimitsScope scope(limits);
   auto begin = std::chrono::steady_clock::now();
   const auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
   const double parse_s = Since(begin);
@@ -210,7 +212,8 @@ int TaskCommand(const TaskArguments& arguments) {
   report.parse_s = parse_s;
   report.ground_s = ground_s;
   Print(report, task.get(), terminal);
-  WriteJsonTo(arguments.json, WriteTaskReport(report, *problem, task.get(), arguments));
+  outputs.Write(arguments.json, WriteTaskReport(report, *problem, task.get(), arguments));
+  outputs.Finish();
   return ExitCodeOf(report);
 }
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
@@ -70,9 +70,9 @@ std::string CheckResult::Worst() const {
   if (!worst.cause.empty()) return worst.action + ": " + worst.cause;
   char text[64];
   if (worst.unit == Unit::kRadian) {
-    std::snprintf(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
+    FormatInto(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
   } else {
-    std::snprintf(text, sizeof text, " is off by %.1f mm", 1e3 * worst.amount);
+    FormatInto(text, sizeof text, " is off by %.1f mm", 1e3 * worst.amount);
   }
   return worst.action + ": " + worst.label + text;
 }

@@ -1,12 +1,13 @@
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <cmath>
 #include <future>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
@@ -50,11 +51,23 @@ class Planner {
         task_(task),
         on_candidate_(on_candidate),
         limits_(problem.search),
+        scope_(limits_),
         facts_(problem),
         source_(task, problem.goal, problem.search),
         subsequences_(source_.MakeProduct()) {}
 
   PlanReport Run() {
+    try {
+      Search();
+    } catch (const LimitReached& reached) {
+      reached_ = reached.limit();
+    }
+    Conclude();
+    return std::move(report_);
+  }
+
+ private:
+  void Search() {
     while (!limits_.Over() && !ended_ && !FirstIsEnough()) {
       const double begin = limits_.Elapsed();
       std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
@@ -62,11 +75,8 @@ class Planner {
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
       DealWithAll(std::move(batch));
     }
-    Conclude();
-    return std::move(report_);
   }
 
- private:
   /// A sequence, and what is known of it before its turn.
   struct Candidate {
     std::vector<int> actions;
@@ -103,8 +113,16 @@ class Planner {
 
   Verdict Optimize(const std::vector<int>& actions, int index) const {
     const std::vector<std::string> names = ActionNames(task_, actions);
-    return IsRelaxed(problem_, names) ? CheckRelaxed(facts_, names, index, limits_)
-                                      : OptimizeCandidate(facts_, names, index, limits_);
+    const LimitsScope scope(limits_);
+    try {
+      return IsRelaxed(problem_, names) ? CheckRelaxed(facts_, names, index, limits_)
+                                        : OptimizeCandidate(facts_, names, index, limits_);
+    } catch (const LimitReached& reached) {
+      Verdict verdict;
+      verdict.report.plan.actions = names;
+      verdict.report.reason = reached.what();
+      return verdict;
+    }
   }
 
   void DealWithAll(std::vector<std::vector<int>> batch) {
@@ -250,7 +268,7 @@ class Planner {
     pruned.plan.actions = ActionNames(task_, actions);
     pruned.bound = bound;
     char text[64];
-    std::snprintf(text, sizeof text, "it costs at least %.4f", bound);
+    FormatInto(text, sizeof text, "it costs at least %.4f", bound);
     pruned.reason = text;
     if (on_candidate_) on_candidate_(pruned);
     report_.candidates.push_back(std::move(pruned));
@@ -292,6 +310,7 @@ class Planner {
   std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) {
     if (moved_by_.empty()) {
       for (const auto& action : task_.actions()) {
+        PollLimits();
         std::vector<std::string>& moved = moved_by_.emplace_back();
         const ActionCall call = ParseActionCall(action.name);
         for (const ActionSchema& schema : problem_.actions) {
@@ -302,6 +321,7 @@ class Planner {
     }
     std::vector<int> all;
     for (size_t action = 0; action < moved_by_.size(); ++action) {
+      PollLimits();
       const std::vector<std::string>& moved = moved_by_[action];
       if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
         all.push_back(static_cast<int>(action));
@@ -322,6 +342,8 @@ class Planner {
   const symbolic::Task& task_;
   const CandidateCallback& on_candidate_;
   const Limits limits_;
+  const LimitsScope scope_;
+  std::optional<Limit> reached_;  // What ended the search from within.
   const SceneFacts facts_;
   SkeletonSource source_;
   Subsequences subsequences_;
@@ -360,7 +382,7 @@ std::string Planner::WhyIncomplete() const {
 }
 
 void Planner::Conclude() {
-  const auto limit = limits_.Reached();
+  const auto limit = reached_ ? reached_ : limits_.Reached();
   const task::SearchStatus ended = limit ? task::StatusOf(*limit) : source_.ended();
   report_.expanded = static_cast<int>(source_.expanded());
   report_.generated = static_cast<int>(source_.generated());
@@ -417,7 +439,15 @@ void Planner::Conclude() {
 
 PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
                     const CandidateCallback& on_candidate) {
-  return Planner(problem, task, on_candidate).Run();
+  try {
+    return Planner(problem, task, on_candidate).Run();
+  } catch (const LimitReached& reached) {  // before the search began
+    PlanReport report;
+    const bool interrupted = reached.limit() == Limit::kInterrupted;
+    report.status = interrupted ? PlanStatus::kInterrupted : PlanStatus::kGaveUp;
+    report.message = reached.what();
+    return report;
+  }
 }
 
 }  // namespace tether::planning
