@@ -167,7 +167,7 @@ Value WriteRunLog(const RunLog& log) {
   const auto list = [](const std::vector<double>& numbers) {
     Value values = Value::Array();
     for (const double number : numbers)
-      values.Append(std::isfinite(number) ? Value(std::round(1e6 * number) / 1e6) : Value());
+      values.Append(std::isfinite(number) ? Value(std::round(1e6 * number) / 1e6 + 0.0) : Value());  // no −0
     return values;
   };
   Value series = Value::Array(), marks = Value::Array();

@@ -103,6 +103,38 @@ TEST(HullTest, SaysWhyThereIsNone) {
   EXPECT_EQ(MakeHull({{0, 0, 0}, {1e9, 0, 0}, {0, 1, 0}, {0, 0, 1}}).problem, "reach farther than 10 km");
 }
 
+TEST(HullTest, AsGoodAsFlatIsAMillionthOfTheExtent) {
+  Random random(7);
+  for (const double extent : {0.01, 1.0, 300.0}) {
+    for (const bool tapered : {false, true}) {
+      for (const double thickness : {0.3, 0.6, 0.95, 1.05, 2.0, 100.0}) {
+        // A plate, or a tetrahedron, whose least width is so many millionths of its extent.
+        std::vector<Vector3d> points =
+            BoxCorners({0.6 * extent, 0.8 * extent, tapered ? 0 : 1e-6 * thickness * extent});
+        if (tapered) {
+          points = {{0, 0, 0}, {0.6 * extent, 0, 0}, {0, 0.8 * extent, 0}};
+          points.emplace_back(0.1 * extent, 0.1 * extent, 1e-6 * thickness * extent);
+        }
+        const Pose X = RandomPose(random, 0.1 * extent);
+        Vector3d lower = Vector3d::Constant(1e9), upper = -lower;
+        for (Vector3d& p : points) {
+          p = X.R * p;
+          lower = lower.cwiseMin(p);
+          upper = upper.cwiseMax(p);
+        }
+        // The extent is that of the bounding box, which depends on how the points are turned.
+        const double share = thickness * extent / (upper - lower).norm();
+        if (std::abs(share - 1) < 0.04) continue;
+        const HullResult made = MakeHull(points);
+        EXPECT_EQ(made.hull.has_value(), share > 1) << extent << " " << thickness << " " << made.problem;
+        if (share < 1) {
+          EXPECT_EQ(made.problem, "lie in one plane");
+        }
+      }
+    }
+  }
+}
+
 TEST(HullTest, KeepsToItsMostCorners) {
   Random random(3);
   std::vector<Vector3d> points = Cloud(2000, random);

@@ -107,6 +107,25 @@ TEST(SE3Test, ProjectionFindsTheNearestRotation) {
   }
 }
 
+TEST(SE3Test, ProjectionOfAReflectionIsTheNearestRotation) {
+  Random random(9);
+  for (int i = 0; i < 50; ++i) {
+    // A rotation, stretched, and mirrored along its shortest axis or another: what a matrix of written digits,
+    // or an interpolation through zero, can be.
+    const Matrix3d U = RandomPose(random).R, V = RandomPose(random).R;
+    Vector3d stretch(random.Uniform(1, 2), random.Uniform(0.5, 1), random.Uniform(0.1, 0.5));
+    stretch[i % 3] *= -1;
+    const Matrix3d M = U * stretch.asDiagonal() * V.transpose();
+    const Matrix3d P = ProjectToSO3(M);
+    EXPECT_NEAR(P.determinant(), 1, 1e-12);
+    EXPECT_NEAR((P * P.transpose() - Matrix3d::Identity()).norm(), 0, 1e-12);
+    for (int k = 0; k < 200; ++k) {
+      const double scale = k % 2 == 0 ? 0.1 : 2;
+      EXPECT_LE((P - M).norm(), (P * ExpSO3(RandomVector(random, scale)) - M).norm() + 1e-12);
+    }
+  }
+}
+
 TEST(SE3Test, RpyTurnsAboutFixedAxes) {
   const Matrix3d R = RotationFromRpy({0.3, -0.2, 1.1});
   const Matrix3d expected =

@@ -265,7 +265,8 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
       const double rough = std::max(tolerance, kRoughPerPenalty * nu);
       SolveByInteriorPoint(values, lambda, rough, false);
       converged = SolveByActiveSet(values, lambda, tolerance) ||
-                  SolveByInteriorPoint(values, lambda, tolerance, true);
+                  SolveByInteriorPoint(values, lambda, tolerance, true) ||
+                  SolveByInteriorPoint(values, lambda, tolerance, false, true);
     }
     guess_known_ = true;
   } while (!stop_() && AddViolatedRows(values));

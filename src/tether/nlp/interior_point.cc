@@ -12,6 +12,8 @@ constexpr double kRowRegularisation = 1e-11;
 // factorisations.
 constexpr double kFirstProduct = 0.1;
 constexpr double kLeastMargin = 1e-9;  // of an interval
+// Of the complementarity products, what a careful step aims at.
+constexpr double kCarefulShare = 0.2;
 
 }  // namespace
 
@@ -42,7 +44,7 @@ double ElasticQp::LongestStep() const {
 }
 
 bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double lambda, double tolerance,
-                                     bool resume) {
+                                     bool resume, bool careful) {
   const auto m = static_cast<int>(near_.size());
   if (resume) {
     d_ = interior_d_;
@@ -97,10 +99,12 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
                   (b_[k] + step * db_[k]) * (l_[k] + step * dy_[k]);
       }
       const double ratio = std::clamp(affine / (2 * m * gap), 0.0, 1.0);
-      const double mu = std::max(ratio * ratio * ratio * gap, 0.1 * tolerance);
+      const double mu =
+          std::max((careful ? kCarefulShare : ratio * ratio * ratio) * gap, 0.1 * tolerance);
+      // The corrector is that of a whole step: where only a short one can be taken, it may go round in circles.
       for (int k = 0; k < m; ++k) {
-        target_a_[k] = mu + da_[k] * dy_[k];
-        target_b_[k] = mu - db_[k] * dy_[k];
+        target_a_[k] = mu + (careful ? 0 : da_[k] * dy_[k]);
+        target_b_[k] = mu - (careful ? 0 : db_[k] * dy_[k]);
       }
       Direction(values);
       step = std::min(1.0, 0.995 * LongestStep());

@@ -1,0 +1,167 @@
+#include <filesystem>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "targets.h"
+#include "tether/constraints/kind.h"
+#include "tether/experiment/campaign.h"
+#include "tether/experiment/check.h"
+#include "tether/experiment/events.h"
+#include "tether/experiment/run_log.h"
+#include "tether/experiment/scenario.h"
+#include "tether/geometry/mesh_file.h"
+#include "tether/geometry/polytope.h"
+#include "tether/planning/action_reader.h"
+#include "tether/planning/plan_file.h"
+#include "tether/robot/model.h"
+
+namespace tether::fuzz {
+namespace {
+
+/// A folder of this process, for readers that take paths. Left behind by a process that crashes.
+class Folder {
+ public:
+  Folder() : path_(std::filesystem::temp_directory_path() / ("tether_fuzz_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::string Write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = path_ / name;
+    std::ofstream(file, std::ios::binary) << text;
+    return file.string();
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void ReadMeshAs(const std::string& name, const std::string& input) {
+  const Folder folder;
+  const geometry::Mesh mesh = geometry::ReadMesh(folder.Write(name, input));
+  geometry::EnclosedVolume(mesh);
+  if (mesh.points.size() < 300) geometry::MakeHull(mesh.points);
+}
+
+constexpr const char* kScenarioFile = "/fuzz/scenario.yaml";
+
+/// The scene that plans and events are read for; parsed once.
+const experiment::Scenario& Stage() {
+  static const experiment::Scenario scenario =
+      experiment::LoadScenario(kScenarioFile, {{kScenarioFile,
+                                                R"(format: tether.scenario/1
+title: stage
+objects:
+  table: {shape: {box: [1, 1, 0.1]}, pose: {position: [0.5, 0, -0.05]}}
+  shelf: {shape: {box: [0.3, 0.3, 0.1]}, pose: {position: [0.35, -0.3, 0.05]}}
+  box: {shape: {box: [0.05, 0.05, 0.05]}, mass: 0.1, pose: {parent: table, position: [0, 0.1, 0.075]}}
+  ball: {shape: {sphere: 0.03}, mass: 0.1, pose: {parent: shelf, position: [0, 0, 0.08]}}
+regions:
+  tray: {disc: 0.1, pose: {parent: table, position: [0, -0.1, 0.05]}}
+actions: [manipulation]
+)"}});
+  return scenario;
+}
+
+constexpr const char* kArm = R"(<mujoco model="arm"><compiler angle="radian"/><worldbody>
+<body name="upper"><inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>
+<joint name="yaw" axis="0 0 1" range="-2 2" limited="true"/><geom type="capsule" size="0.03 0.1"/>
+<body name="lower" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>
+<joint name="pitch" axis="0 1 0" range="-2 2" limited="true"/><geom type="box" size="0.03 0.03 0.1"/>
+<site name="grasp" pos="0 0 0.2"/>
+<body name="left" pos="0 0.02 0.15"><inertial pos="0 0 0" mass="0.1" diaginertia="0.1 0.1 0.1"/>
+<joint name="left" type="slide" axis="0 1 0" range="0 0.05" limited="true"/><geom type="box" size="0.01 0.01 0.02"/></body>
+</body></body></worldbody></mujoco>)";
+
+}  // namespace
+
+void ReadObjMesh(const std::string& input) { ReadMeshAs("mesh.obj", input); }
+void ReadStlMesh(const std::string& input) { ReadMeshAs("mesh.stl", input); }
+
+void ReadScenarioText(const std::string& input) {
+  const std::vector<std::string> parts = Split(input, 3);
+  const experiment::Scenario scenario = experiment::LoadScenario(
+      kScenarioFile,
+      {{kScenarioFile, parts[0]}, {"/fuzz/domain.pddl", parts[1]}, {"/fuzz/problem.pddl", parts[2]}});
+  experiment::CheckGeometry(scenario);
+}
+
+void ReadActionText(const std::string& input) {
+  const Value document = ParseYaml(input, "actions");
+  Diagnostics diagnostics;
+  const auto actions =
+      planning::ParseActions(document, {constraints::KindNames(), std::nullopt}, diagnostics);
+  for (const planning::ActionSchema& action : actions) {
+    for (const planning::StepSchema& step : action.steps) {
+      for (const planning::Verb& verb : step.execute) planning::WriteVerb(verb);
+      for (const planning::ConstraintSpec& spec : step.constraints) {
+        if (const auto* kind = constraints::FindKind(spec.kind))
+          constraints::ReadParameters(*kind, spec.parameters, diagnostics);
+      }
+    }
+  }
+  diagnostics.ThrowIfAny();
+  for (const planning::ActionSchema& action : actions) planning::BindAction(action, action.parameters);
+}
+
+void ReadRobotText(const std::string& input) {
+  const Folder folder;
+  folder.Write("arm.xml", kArm);
+  robot::Model::Load(folder.Write("robot.yaml", input));
+}
+
+void ReadPlanText(const std::string& input) {
+  const experiment::Scenario& stage = Stage();
+  Diagnostics diagnostics;
+  const Value document = ParseYaml(input, "plan");
+  planning::ReadPlanOrigin(document);
+  const planning::Plan plan = planning::ParsePlan(document, stage.scene, stage.actions, diagnostics);
+  diagnostics.ThrowIfAny();
+  const Value written = planning::WritePlan(plan, {}, stage.scene, stage.actions);
+  const planning::Plan again =
+      planning::ParsePlan(ParseYaml(WriteJson(written), "written"), stage.scene, stage.actions, diagnostics);
+  diagnostics.ThrowIfAny();
+  // But for the last digits of quaternions.
+  Require(again.actions == plan.actions && again.steps.size() == plan.steps.size() && again.cost == plan.cost,
+          "a plan is read as it was written");
+}
+
+void ReadEventText(const std::string& input) {
+  const experiment::Scenario& stage = Stage();
+  Diagnostics diagnostics;
+  for (const experiment::Event& event :
+       experiment::ParseEvents(ParseYaml(input, "events"), {&stage.scene, &stage.actions}, diagnostics))
+    event.Describe();
+  diagnostics.ThrowIfAny();
+}
+
+void ReadLogText(const std::string& input) {
+  const experiment::RunLog log = experiment::ReadRunLog(ParseYaml(input, "log"));
+  experiment::DrawRunLog(log);
+  const std::string once = WriteJson(experiment::WriteRunLog(log));
+  Require(WriteJson(experiment::WriteRunLog(experiment::ReadRunLog(ParseYaml(once, "written")))) == once,
+          "a log is read as it was written");
+}
+
+void ReadCampaignLines(const std::string& input) {
+  const Folder folder;
+  const std::atomic<bool> stop = true;  // Lines are read, nothing is measured.
+  for (const char* name : {"robustness", "quality", "growth", "warm", "execution", "control"}) {
+    experiment::CampaignOptions options;
+    options.name = name;
+    options.output = folder.Write(std::string(name) + ".jsonl", input);
+    options.stop = &stop;
+    try {
+      const Value summary = experiment::SummarizeCampaign(options, experiment::RunCampaign(options));
+      WriteJson(summary);
+      experiment::CampaignTable(summary);
+    } catch (const InputError&) {
+      // Of another campaign, or none.
+    }
+  }
+}
+
+}  // namespace tether::fuzz
