@@ -1,8 +1,8 @@
 #include "tether/constraints/words.h"
 
-#include "tether/common/text.h"
-
 #include <cmath>
+
+#include "tether/common/text.h"
 
 namespace tether::constraints {
 namespace {
