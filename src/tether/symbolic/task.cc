@@ -114,9 +114,11 @@ bool Task::Holds(const Atom& atom, StateView state) const {
   return (state[static_cast<size_t>(index) / 64] >> (index % 64) & 1) != 0;
 }
 
-Condition Task::Compile(const Formula& formula) const {
-  const Limits none;
-  Instantiator instantiator(*problem_, none, [this](const Atom& atom) {
+Condition Task::Compile(const Formula& formula, const Limits& limits) const {
+  FactIndex facts(*problem_, std::vector<bool>(domain().predicates.size(), true));
+  for (const Atom& atom : atoms_) facts.Add(atom);
+  for (const Atom& atom : constant_atoms_) facts.Add(atom);
+  Instantiator instantiator(*problem_, limits, facts, [this](const Atom& atom) {
     const int index = FindAtom(atom);
     return index >= 0 ? GroundFormula::Literal(index, true) : GroundFormula::Constant(HoldsAlways(atom));
   });

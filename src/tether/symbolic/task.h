@@ -93,7 +93,7 @@ class Task {
   bool Holds(const Atom& atom, StateView state) const;
 
   /// Grounds a formula without free variables, parsed against this problem.
-  Condition Compile(const Formula& formula) const;
+  Condition Compile(const Formula& formula, const Limits& limits = {}) const;
 
   /// "on(box,table)".
   std::string AtomName(const Atom& atom) const;
