@@ -69,44 +69,58 @@ std::string WriteDot(const Automaton& automaton, const std::string& name) {
     }
     text += ";\n";
   }
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
   for (const AutomatonEdge& edge : automaton.Edges()) {
     text += "  " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
-            " [label=" + Quote(GuardText(edge, automaton.atoms())) + "];\n";
+            " [label=" + Quote(GuardText(edge, texts)) + "];\n";
   }
   return text + "}\n";
 }
 
-Value WriteAutomaton(const Automaton& automaton) {
-  Value atoms = Value::Array(), accepting = Value::Array(), edges = Value::Array();
+Value WriteStates(const Automaton& automaton) {
+  Value atoms = Value::Array(), accepting = Value::Array();
   for (const std::string& atom : automaton.atoms()) atoms.Append(atom);
   for (int s = 0; s < automaton.states(); ++s) {
     if (automaton.IsAccepting(s)) accepting.Append(s);
-  }
-  for (const AutomatonEdge& edge : automaton.Edges()) {
-    Value cubes = Value::Array();
-    for (const Cube& cube : edge.guard) {
-      Value literals = Value::Array();
-      for (const auto& [atom, value] : cube.literals) {
-        literals.Append((value ? "" : "!") + AtomText(automaton.atoms()[static_cast<size_t>(atom)]));
-      }
-      cubes.Append(std::move(literals));
-    }
-    edges.Append(Value::Object()
-                     .Set("from", edge.from)
-                     .Set("to", edge.to)
-                     .Set("guard", GuardText(edge, automaton.atoms()))
-                     .Set("cubes", std::move(cubes)));
   }
   return Value::Object()
       .Set("atoms", std::move(atoms))
       .Set("states", automaton.states())
       .Set("initial", automaton.initial())
-      .Set("accepting", std::move(accepting))
-      .Set("edges", std::move(edges));
+      .Set("accepting", std::move(accepting));
+}
+
+std::string WriteEdges(const Automaton& automaton) {
+  // A literal is written often: once in each form is enough.
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
+  std::vector<std::string> literals[2];
+  for (const std::string& atom : texts) {
+    literals[1].push_back(WriteJson(Value(atom), 0));
+    literals[0].push_back(WriteJson(Value("!" + atom), 0));
+  }
+  std::string text = "[";
+  const char* between = "";
+  for (const AutomatonEdge& edge : automaton.Edges()) {
+    text += std::exchange(between, ",");
+    text += "\n    {\"from\": " + std::to_string(edge.from) + ", \"to\": " + std::to_string(edge.to);
+    text += ", \"guard\": " + WriteJson(Value(GuardText(edge, texts)), 0) + ", \"cubes\": [";
+    for (size_t i = 0; i < edge.guard.size(); ++i) {
+      text += i > 0 ? ", [" : "[";
+      for (size_t k = 0; k < edge.guard[i].literals.size(); ++k) {
+        const auto& [atom, value] = edge.guard[i].literals[k];
+        if (k > 0) text += ", ";
+        text += literals[value ? 1 : 0][static_cast<size_t>(atom)];
+      }
+      text += "]";
+    }
+    text += "]}";
+  }
+  return text + "\n  ]";
 }
 
 std::string AutomatonTable(const Automaton& automaton, size_t max_lines) {
   const std::vector<AutomatonEdge> edges = automaton.Edges();
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
   const size_t width = std::max<size_t>(5, std::to_string(automaton.states()).size());
   std::string text = Pad("state", width) + "  " + Pad("to", width) + "  when\n";
   int state = -1;
@@ -114,7 +128,7 @@ std::string AutomatonTable(const Automaton& automaton, size_t max_lines) {
     const AutomatonEdge& edge = edges[i];
     const bool first = std::exchange(state, edge.from) != edge.from;
     text += Pad(first ? std::to_string(edge.from) : "", width) + "  " + Pad(std::to_string(edge.to), width) +
-            "  " + GuardText(edge, automaton.atoms());
+            "  " + GuardText(edge, texts);
     if (first && automaton.IsAccepting(state)) text += "   (accepting)";
     if (first && automaton.IsTrap(state)) text += "   (lost)";
     text += "\n";

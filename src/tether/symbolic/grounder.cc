@@ -429,28 +429,13 @@ class Grounder {
     }
     action.name += ")";
     action.precondition = Condition(Renumber(draft.precondition));
-    std::vector<Task::Change> changes;
     for (const Draft::Effect& effect : draft.effects) {
       GroundEffect ground{Condition(Renumber(effect.condition)), Renumber(effect.deletes),
                           Renumber(effect.adds)};
       if (ground.condition.never() || (ground.adds.empty() && ground.deletes.empty())) continue;
-      Task::Change change;
-      change.conditional = !ground.condition.always();
-      auto word_of = [&](int atom) -> Task::WordChange& {
-        const size_t word = static_cast<size_t>(atom) / 64;
-        for (Task::WordChange& existing : change.words) {
-          if (existing.word == word) return existing;
-        }
-        return change.words.emplace_back(Task::WordChange{word, 0, 0});
-      };
-      for (int atom : ground.deletes) word_of(atom).deletes |= uint64_t{1} << (atom % 64);
-      for (int atom : ground.adds) word_of(atom).adds |= uint64_t{1} << (atom % 64);
-      changes.push_back(std::move(change));
       action.effects.push_back(std::move(ground));
     }
-    task.action_index_.emplace(action.name, static_cast<int>(task.actions_.size()));
-    task.actions_.push_back(std::move(action));
-    task.changes_.push_back(std::move(changes));
+    task.AddAction(std::move(action));
   }
 
   std::shared_ptr<const Problem> problem_;

@@ -58,6 +58,27 @@ void Task::FindApplicable(StateView state, std::vector<int>& actions) const {
   std::sort(actions.begin(), actions.end());
 }
 
+void Task::AddAction(GroundAction action) {
+  std::vector<Change> changes;
+  for (const GroundEffect& effect : action.effects) {
+    Change change;
+    change.conditional = !effect.condition.always();
+    auto word_of = [&](int atom) -> WordChange& {
+      const size_t word = static_cast<size_t>(atom) / 64;
+      for (WordChange& existing : change.words) {
+        if (existing.word == word) return existing;
+      }
+      return change.words.emplace_back(WordChange{word, 0, 0});
+    };
+    for (int atom : effect.deletes) word_of(atom).deletes |= uint64_t{1} << (atom % 64);
+    for (int atom : effect.adds) word_of(atom).adds |= uint64_t{1} << (atom % 64);
+    changes.push_back(std::move(change));
+  }
+  action_index_.emplace(action.name, static_cast<int>(actions_.size()));
+  actions_.push_back(std::move(action));
+  changes_.push_back(std::move(changes));
+}
+
 void Task::IndexActions() {
   auto for_each_needed = [](const Condition& condition, const auto& visit) {
     const GroundFormula& formula = condition.formula();

@@ -103,10 +103,13 @@ class Task {
 
  private:
   friend class Grounder;
+  friend class RelevanceFinder;
   Task() = default;
 
   /// Sets the derived atoms to what follows from the others.
   void Derive(std::span<uint64_t> state) const;
+  /// Appends an action whose numbers are the task's.
+  void AddAction(GroundAction action);
   void IndexActions();
 
   /// An effect as masks on one word.
