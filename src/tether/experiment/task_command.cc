@@ -129,15 +129,21 @@ void SearchInOrder(std::unique_ptr<task::Product> product, const std::shared_ptr
   task::SkeletonSearch search(
       std::move(product), {.blind = blind, .unit_costs = arguments.search == "bfs", .first_at_once = true});
   const size_t wanted = static_cast<size_t>(arguments.max_plans);
-  do {
-    task::SearchOutcome outcome = search.Next(limits);
-    report.ended = outcome.status;
-    if (!outcome.found()) break;
-    report.plans.push_back(std::move(*outcome.skeleton));
-  } while (wanted == 0 || report.plans.size() < wanted);
-  report.complete =
-      report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
-  if (blind && report.complete) CountReachable(search, whole, limits, report);
+  try {
+    do {
+      task::SearchOutcome outcome = search.Next(limits);
+      report.ended = outcome.status;
+      if (!outcome.found()) break;
+      report.plans.push_back(std::move(*outcome.skeleton));
+    } while (wanted == 0 || report.plans.size() < wanted);
+    report.complete =
+        report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
+    if (blind && report.complete) CountReachable(search, whole, limits, report);
+  } catch (const LimitReached& reached) {
+    // What was found stays.
+    report.ended = task::StatusOf(reached.limit());
+    report.complete = false;
+  }
   if (report.ended == task::SearchStatus::kExhausted && !report.plans.empty())
     report.ended = task::SearchStatus::kFound;
   report.expanded = search.graph().expanded();

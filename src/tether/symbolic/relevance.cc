@@ -129,6 +129,12 @@ class RelevanceFinder {
   std::vector<int> number_;  ///< By atom: its number in the new task, -1 if it is left out.
 };
 
-RelevantTask KeepRelevant(const std::shared_ptr<const Task>& whole) { return RelevanceFinder(*whole).Run(); }
+RelevantTask KeepRelevant(const std::shared_ptr<const Task>& whole) {
+  RelevantTask relevant = RelevanceFinder(*whole).Run();
+  if (relevant.task->actions().size() == whole->actions().size() &&
+      relevant.task->atoms().size() == whole->atoms().size())
+    relevant.task = whole;
+  return relevant;
+}
 
 }  // namespace tether::symbolic

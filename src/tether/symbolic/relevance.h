@@ -7,7 +7,7 @@
 
 namespace tether::symbolic {
 
-/// A task without what does not matter for its goal.
+/// A task without what does not matter for its goal: the whole one itself if all of it does.
 struct RelevantTask {
   std::shared_ptr<const Task> task;
   std::vector<int> actions;  ///< By action of `task`: its index in the whole one.
