@@ -216,6 +216,51 @@ TEST(CliTest, TasksAreSearchedWithoutAScene) {
   EXPECT_EQ(Tether(hanoi + " --search greedy --max-plans 2").exit_code, 2);
 }
 
+// Find time_limit_grounding: no limit was looked at before the search.
+TEST(CliTest, TimeLimitGrounding_GroundingGivesUpAtItsLimits) {
+  const ScratchFolder folder;
+  std::string objects;
+  for (int i = 0; i < 100; ++i) objects += " o" + std::to_string(i);
+  WriteFile(folder.File("d.pddl"),
+            "(define (domain d) (:predicates (p ?a ?b) (q))\n (:action huge :parameters (?a ?b ?c ?d ?e ?f)"
+            " :precondition (p ?e ?f) :effect (p ?a ?b)))");
+  WriteFile(folder.File("p.pddl"),
+            "(define (problem x) (:domain d) (:objects" + objects + ") (:init (p o1 o2)) (:goal (q)))");
+  const std::string task = "task '" + folder.File("d.pddl") + "' '" + folder.File("p.pddl") + "' --json - ";
+  const auto message = [](const Outcome& outcome) {
+    const Value json = ParseYaml(outcome.out, "task.json");
+    EXPECT_EQ(json.Find("status")->AsText(), "gave_up");
+    EXPECT_FALSE(json.Find("complete")->boolean());
+    return json.Find("message")->AsText();
+  };
+  const Outcome time = Tether(task + "--time-limit 0.2");
+  EXPECT_EQ(time.exit_code, 4) << time.err;
+  EXPECT_EQ(message(time), "grounding: the time limit was reached");
+  const Outcome memory = Tether(task + "--memory-limit 60M");
+  EXPECT_EQ(memory.exit_code, 4) << memory.err;
+  EXPECT_EQ(message(memory), "grounding: the memory limit was reached");
+  const Outcome wrong = Tether(task + "--memory-limit lots");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("'lots' (a size is accepted, such as 512, 500M or 2.5G; 0: no limit)"));
+  // The sibling: planning grounds too.
+  EXPECT_EQ(Tether("plan " + Scenario("hanoi") + " --memory-limit 1M").exit_code, 4);
+}
+
+// Find json_huge.
+TEST(CliTest, JsonHuge_AutomataAreSummedUp) {
+  const std::string formula = "'F(a & X[!] F b) & F(c & X[!] F d)' --semantics ltlf";
+  const Outcome summary = Tether("automaton --summary --json - " + formula);
+  EXPECT_EQ(summary.exit_code, 0) << summary.err;
+  const Value value = ParseYaml(summary.out, "automaton.json");
+  EXPECT_EQ(value.Find("states")->integer(), 9);
+  EXPECT_EQ(value.Find("accepting_states")->integer(), 1);
+  EXPECT_EQ(value.Find("lost_states")->integer(), 0);
+  EXPECT_EQ(value.Find("atoms")->items().size(), 4u);
+  EXPECT_EQ(value.Find("edges"), nullptr);
+  EXPECT_THAT(Tether("automaton --summary " + formula).out, HasSubstr("9 states, 4 propositions"));
+  EXPECT_EQ(Tether("automaton --summary --hoa " + formula).exit_code, 2);
+}
+
 TEST(CliTest, BenchPlanningWritesJsonOnly) {
   const Outcome outcome = Tether("bench planning --solver native --repetitions 1 --scenario " +
                                  Scenario("tool_use") + " --json -");

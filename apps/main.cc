@@ -306,6 +306,8 @@ void AddAutomaton(CLI::App& app, AutomatonArguments& arguments, std::function<in
   command
       ->add_option("--json", arguments.json, "Write the automaton as JSON to FILE, or - for standard output")
       ->type_name("FILE");
+  command->add_flag("--summary", arguments.summary,
+                    "Only the numbers of states: with --json, a report without states and edges");
   command->footer(
       R"(Operators, tightest first: ! F G X X[!]; U R W M; &; xor; |; -> <->. Propositions are names,
 ground predicates such as on(box,shelf), or any text in double quotes.
@@ -314,7 +316,7 @@ Examples:
   tether automaton 'F(in(meat,heat) & X F in(meat,person))'
   tether automaton 'G !in(knife,person) & F on(a,b)' --semantics ltlf --dot | dot -Tsvg > automaton.svg
   tether automaton 'a U (b & X c)' --hoa
-  tether automaton 'F a & F b' --json - | jq .states)");
+  tether automaton 'F a & F b' --summary --json - | jq .states)");
   command->callback([&] { run = [&] { return AutomatonCommand(arguments); }; });
 }
 

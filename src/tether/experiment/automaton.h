@@ -25,7 +25,9 @@ ltl::Semantics ReadSemantics(const std::string& name);
 /// can't be read so. Logs what is allowed and probably not meant.
 CompiledFormula CompileFormula(const std::string& text, const std::string& semantics);
 
-/// Format `tether.automaton/1`. The automaton must be there.
-Value WriteAutomatonReport(const CompiledFormula& compiled);
+/// Format `tether.automaton/1`, as text. The automaton must be there.
+std::string WriteAutomatonReport(const CompiledFormula& compiled);
+/// The same without states and edges, which takes no time however many there are.
+Value WriteAutomatonSummary(const CompiledFormula& compiled);
 
 }  // namespace tether::experiment

@@ -83,7 +83,8 @@ struct AutomatonArguments {
   std::string semantics = "cosafe";  ///< Or "ltlf".
   bool hoa = false;
   bool dot = false;
-  std::string json;  ///< File for the automaton, or "-"; empty: none.
+  bool summary = false;  ///< Only how many states there are.
+  std::string json;      ///< File for the automaton, or "-"; empty: none.
 };
 
 /// The commands of the program. Each prints its result and returns the exit code; each throws InputError for

@@ -7,6 +7,7 @@
 #include "tether/experiment/automaton.h"
 #include "tether/ltl/cosafe.h"
 #include "tether/ltl/parser.h"
+#include "tether/ltl/words.h"
 #include "tether/planning/effort.h"
 #include "tether/planning/relaxed.h"
 #include "tether/robot/model.h"
@@ -63,6 +64,7 @@ std::optional<task::TemporalGoal> ChooseGoal(const Scenario& scenario, const Pla
   }
   task::TemporalGoal goal = *scenario.goal;
   goal.semantics = ReadSemantics(overrides.semantics);
+  goal.formula = ltl::ReadEnds(goal.formula, goal.semantics);
   ltl::RequireSemantics(goal.formula, goal.semantics, goal.where);
   return goal;
 }
@@ -91,7 +93,8 @@ const std::vector<std::string>& SearchNames() {
 }
 
 task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::string& semantics) {
-  task::TemporalGoal goal{ltl::ParseFormula(formula), ReadSemantics(semantics), {}};
+  const ltl::Semantics read = ReadSemantics(semantics);
+  task::TemporalGoal goal{ltl::ReadEnds(ltl::ParseFormula(formula), read), read, {}};
   for (const Diagnostic& warning : SemanticsWarnings(goal.formula, goal.semantics))
     LogWarning(warning.ToString());
   return goal;

@@ -15,6 +15,7 @@
 #include "tether/experiment/scene_reader.h"
 #include "tether/ltl/cosafe.h"
 #include "tether/ltl/parser.h"
+#include "tether/ltl/words.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/within_reach.h"
 
@@ -335,8 +336,8 @@ class ScenarioParser {
     try {
       const ltl::Semantics semantics =
           task.semantics == "ltlf" ? ltl::Semantics::kLtlf : ltl::Semantics::kCosafe;
-      scenario_.goal =
-          task::TemporalGoal{ltl::ParseFormula(task.ltl, value.where()), semantics, value.where()};
+      scenario_.goal = task::TemporalGoal{
+          ltl::ReadEnds(ltl::ParseFormula(task.ltl, value.where()), semantics), semantics, value.where()};
       ltl::RequireSemantics(scenario_.goal->formula, semantics, value.where());
       for (const Diagnostic& warning :
            ltl::SemanticsWarnings(scenario_.goal->formula, semantics, value.where())) {

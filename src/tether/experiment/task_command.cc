@@ -10,6 +10,7 @@
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/terminal.h"
+#include "tether/symbolic/relevance.h"
 #include "tether/task/greedy.h"
 
 namespace tether::experiment {
@@ -96,6 +97,64 @@ Limits TaskArguments::MakeLimits() const {
   return limits;
 }
 
+namespace {
+
+void SearchGreedily(task::Product& product, const task::SearchLimits& limits, TaskReport& report) {
+  task::GreedyResult result = FindGreedily(product, limits);
+  report.ended = result.status;
+  if (result.skeleton) report.plans.push_back(std::move(*result.skeleton));
+  report.expanded = result.expanded;
+  report.generated = result.generated;
+  if (product.automaton() != nullptr) report.automaton_states = product.automaton()->states();
+  report.complete = result.skeleton.has_value() || report.ended == task::SearchStatus::kExhausted;
+}
+
+/// Counts what can be reached in the whole task, whatever part of it was searched.
+void CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
+                    const task::SearchLimits& limits, TaskReport& report) {
+  std::optional<task::SkeletonSearch> other;
+  if (&search.task() != whole.get()) other.emplace(whole, task::SkeletonOptions{.blind = true});
+  task::SkeletonSearch& all = other ? *other : search;
+  const auto stop = all.ExploreAll(limits);
+  if (stop) {
+    report.ended = *stop;
+    report.complete = false;
+  } else {
+    report.reachable = all.graph().states();
+  }
+}
+
+void SearchInOrder(std::unique_ptr<task::Product> product, const std::shared_ptr<const symbolic::Task>& whole,
+                   const TaskArguments& arguments, const task::SearchLimits& limits, TaskReport& report) {
+  const bool blind = arguments.search != "astar";
+  task::SkeletonSearch search(
+      std::move(product), {.blind = blind, .unit_costs = arguments.search == "bfs", .first_at_once = true});
+  const size_t wanted = static_cast<size_t>(arguments.max_plans);
+  try {
+    do {
+      task::SearchOutcome outcome = search.Next(limits);
+      report.ended = outcome.status;
+      if (!outcome.found()) break;
+      report.plans.push_back(std::move(*outcome.skeleton));
+    } while (wanted == 0 || report.plans.size() < wanted);
+    report.complete =
+        report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
+    if (blind && report.complete) CountReachable(search, whole, limits, report);
+  } catch (const LimitReached& reached) {
+    // What was found stays.
+    report.ended = task::StatusOf(reached.limit());
+    report.complete = false;
+  }
+  if (report.ended == task::SearchStatus::kExhausted && !report.plans.empty())
+    report.ended = task::SearchStatus::kFound;
+  report.expanded = search.graph().expanded();
+  report.generated = search.graph().generated();
+  if (search.product().automaton() != nullptr)
+    report.automaton_states = search.product().automaton()->states();
+}
+
+}  // namespace
+
 TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments,
                       const Limits& common) {
   Validate(arguments);
@@ -104,53 +163,25 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
   if (!arguments.goal.empty()) goal = ReadTemporalGoal(arguments.goal, arguments.semantics);
   const auto begin = std::chrono::steady_clock::now();
   const task::SearchLimits limits{common};
-  auto product = std::make_unique<task::Product>(std::move(task), goal);
+  // A plan's word has a letter for each action, so that a temporal goal may ask for any.
+  symbolic::RelevantTask relevant;
+  if (arguments.max_plans == 1 && !goal) relevant = symbolic::KeepRelevant(task);
+  auto product = std::make_unique<task::Product>(relevant.task ? relevant.task : task, goal);
   report.unsatisfiable = product->IsUnsatisfiable();
   if (arguments.search == "greedy") {
-    task::GreedyResult result = FindGreedily(*product, limits);
-    report.ended = result.status;
-    if (result.skeleton) report.plans.push_back(std::move(*result.skeleton));
-    report.expanded = result.expanded;
-    report.generated = result.generated;
-    if (goal) report.automaton_states = product->automaton()->states();
-    report.complete = result.skeleton.has_value() || report.ended == task::SearchStatus::kExhausted;
-    report.search_s = Since(begin);
-    return report;
+    SearchGreedily(*product, limits, report);
+  } else {
+    SearchInOrder(std::move(product), task, arguments, limits, report);
   }
-  const bool blind = arguments.search != "astar";
-  task::SkeletonSearch search(
-      std::move(product), {.blind = blind, .unit_costs = arguments.search == "bfs", .first_at_once = true});
-  const size_t wanted = static_cast<size_t>(arguments.max_plans);
-  do {
-    task::SearchOutcome outcome = search.Next(limits);
-    report.ended = outcome.status;
-    if (!outcome.found()) break;
-    report.plans.push_back(std::move(*outcome.skeleton));
-  } while (wanted == 0 || report.plans.size() < wanted);
-  report.complete =
-      report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
-  if (blind && report.complete) {
-    const auto stop = search.ExploreAll(limits);
-    if (!stop) report.reachable = search.graph().states();
-    if (stop) {
-      report.ended = *stop;
-      report.complete = false;
+  for (task::Skeleton& plan : report.plans) {
+    if (relevant.task) {
+      for (int& action : plan.actions) action = relevant.actions[static_cast<size_t>(action)];
     }
-  }
-  if (report.ended == task::SearchStatus::kExhausted && !report.plans.empty()) {
-    report.ended = task::SearchStatus::kFound;
-  }
-  report.expanded = search.graph().expanded();
-  report.generated = search.graph().generated();
-  if (goal) report.automaton_states = search.product().automaton()->states();
-  if (arguments.search == "bfs") {
-    for (task::Skeleton& plan : report.plans) {
-      plan.cost = 0;
-      for (int action : plan.actions) {
-        plan.cost += static_cast<double>(search.task().actions()[static_cast<size_t>(action)].cost) *
-                     search.task().cost_unit();
-      }
-    }
+    // Whatever was searched by.
+    plan.cost = 0;
+    for (int action : plan.actions)
+      plan.cost += static_cast<double>(task->actions()[static_cast<size_t>(action)].cost);
+    plan.cost *= task->cost_unit();
   }
   report.search_s = Since(begin);
   return report;

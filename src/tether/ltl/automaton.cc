@@ -107,7 +107,13 @@ bool Automaton::IsSatisfiable() const {
 
 std::vector<AutomatonEdge> Automaton::Edges(GuardForms forms) const { return FindGuards(diagram_, forms); }
 
-std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& atoms) {
+std::vector<std::string> AtomTexts(const std::vector<std::string>& atoms) {
+  std::vector<std::string> texts;
+  for (const std::string& atom : atoms) texts.push_back(AtomText(atom));
+  return texts;
+}
+
+std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& texts) {
   const auto literals = [](const std::vector<Cube>& cubes) {
     size_t count = 0;
     for (const Cube& cube : cubes) count += cube.literals.size();
@@ -124,7 +130,7 @@ std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>&
     for (size_t k = 0; k < term.literals.size(); ++k) {
       const auto& [atom, value] = term.literals[k];
       if (k > 0) text += sum ? " & " : " | ";
-      text += (value ? "" : "!") + AtomText(atoms[static_cast<size_t>(atom)]);
+      text += (value ? "" : "!") + texts[static_cast<size_t>(atom)];
     }
     if (parentheses) text += ")";
   }

@@ -74,9 +74,10 @@ class Automaton {
   std::vector<int> distance_;
 };
 
-/// "a & !b | c" or "(a | c) & (!b | c)", whichever is shorter, with names quoted as formulas need it; "true"
-/// for everything.
-std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& atoms);
+/// "a & !b | c" or "(a | c) & (!b | c)", whichever is shorter; "true" for everything. `texts` are the atoms
+/// as AtomText() writes them.
+std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& texts);
+std::vector<std::string> AtomTexts(const std::vector<std::string>& atoms);
 
 /// Compiles a formula: Boolean operators above temporal ones by products of minimal automata, small ones
 /// first; temporal ones by progression. Empty if a diagram on the way would exceed the limits. Throws

@@ -53,6 +53,7 @@ class Formula {
     int atom = -1;              ///< Index into atoms(), for kAtom.
     std::vector<int> operands;  ///< Indices into nodes(), each smaller than the node's own.
     int column = 0;             ///< Of the operator in the text, from 1; 0 if it was not parsed.
+    bool quoted = false;        ///< An atom that was written in double quotes, so that it is no word of LTLf.
   };
 
   /// `true`.

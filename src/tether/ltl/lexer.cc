@@ -1,5 +1,7 @@
 #include "tether/ltl/lexer.h"
 
+#include "tether/ltl/words.h"
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -61,6 +63,18 @@ size_t WordLength(std::string_view text) {
                         (IsLetter(text[length + 1]) || IsDigit(text[length + 1]));
     if (!IsLetter(c) && !IsDigit(c) && c != '.' && !hyphen) break;
     ++length;
+  }
+  return length;
+}
+
+/// An argument may begin with a digit, and have '@' and '#' in it: objects of PDDL are called so.
+size_t ArgumentLength(std::string_view text) {
+  size_t length = 0;
+  while (length < text.size()) {
+    const std::string_view rest = text.substr(length);
+    const size_t more = rest.front() == '@' || rest.front() == '#' ? 1 : WordLength(rest);
+    if (more == 0) break;
+    length += more;
   }
   return length;
 }
@@ -183,6 +197,8 @@ Token Lexer::LexWord() {
 }
 
 Token Lexer::LexArguments(Token atom) {
+  const std::string symbol = OperatorFor(atom.text);
+  const std::string meant = symbol.empty() ? "" : "did you mean '" + symbol + "' for '" + atom.text + "'? ";
   size_t ahead = 0;
   while (IsBlank(Peek(ahead))) ++ahead;
   if (Peek(ahead) != '(') return atom;
@@ -196,11 +212,12 @@ Token Lexer::LexArguments(Token atom) {
       error.column = atom.column;
       return error;
     }
-    const size_t length = WordLength(text_.substr(at_));
+    const size_t length = ArgumentLength(text_.substr(at_));
     if (length == 0) {
-      return Error("'" + std::string(text_.substr(at_, CharacterLength(text_.substr(at_)))) +
-                       "' among the arguments of '" + name + "'",
-                   "accepted: names, with commas between them; or is an operator missing before '('?");
+      return Error(
+          "'" + std::string(text_.substr(at_, CharacterLength(text_.substr(at_)))) +
+              "' among the arguments of '" + name + "'",
+          meant + "accepted: names, with commas between them; or is an operator missing before '('?");
     }
     arguments += (arguments.empty() ? "" : ",") + std::string(text_.substr(at_, length));
     Skip(length);
@@ -213,7 +230,7 @@ Token Lexer::LexArguments(Token atom) {
     } else if (at_ < text_.size() && Peek() != ')') {
       return Error("'" + std::string(text_.substr(at_, CharacterLength(text_.substr(at_)))) +
                        "' among the arguments of '" + name + "'",
-                   "accepted: ',' or ')'; or is an operator missing before '('?");
+                   meant + "accepted: ',' or ')'; or is an operator missing before '('?");
     }
   }
   Skip(1);
@@ -237,6 +254,7 @@ Token Lexer::LexQuoted() {
     return error;
   }
   Skip(1);
+  atom.quoted = true;
   atom.text = NormalizeAtom(name);
   return atom;
 }
@@ -262,7 +280,7 @@ std::string NormalizeAtom(std::string_view text) {
 }
 
 std::string AtomText(std::string_view name) {
-  if (!name.empty() && IsBareAtom(name)) return std::string(name);
+  if (!name.empty() && IsBareAtom(name) && !IsWordForTheEnd(name)) return std::string(name);
   std::string text = "\"";
   for (char c : name) {
     if (c == '"' || c == '\\') text += '\\';

@@ -21,6 +21,7 @@ struct Token {
   std::string text;               ///< As written; for an atom, its name; for an error, what is wrong.
   std::string accepted;           ///< For an error: what would be accepted.
   int column = 1;                 ///< In characters from the beginning of the formula.
+  bool quoted = false;            ///< An atom in double quotes.
 };
 
 /// Cuts the text of a formula into tokens.

@@ -1,10 +1,10 @@
 #include "tether/ltl/output.h"
 
-#include "tether/common/limits.h"
-
 #include <algorithm>
 #include <string_view>
 #include <utility>
+
+#include "tether/common/limits.h"
 
 namespace tether::ltl {
 namespace {
@@ -47,16 +47,20 @@ std::string HoaClauses(const std::vector<Cube>& clauses) {
   return text;
 }
 
-Value WriteCubes(const std::vector<Cube>& cubes, const std::vector<std::string>& atoms) {
-  Value written = Value::Array();
-  for (const Cube& cube : cubes) {
+/// Literals of each cube or clause, as JSON: `literals[value][atom]`.
+std::string CubesText(const std::vector<Cube>& cubes, const std::vector<std::string> (&literals)[2]) {
+  std::string text = "[";
+  for (size_t i = 0; i < cubes.size(); ++i) {
     PollLimits();
-    Value literals = Value::Array();
-    for (const auto& [atom, value] : cube.literals)
-      literals.Append((value ? "" : "!") + AtomText(atoms[static_cast<size_t>(atom)]));
-    written.Append(std::move(literals));
+    text += i > 0 ? ", [" : "[";
+    for (size_t k = 0; k < cubes[i].literals.size(); ++k) {
+      const auto& [atom, value] = cubes[i].literals[k];
+      if (k > 0) text += ", ";
+      text += literals[value ? 1 : 0][static_cast<size_t>(atom)];
+    }
+    text += "]";
   }
-  return written;
+  return text + "]";
 }
 
 std::string Pad(const std::string& text, size_t width) {
@@ -81,7 +85,8 @@ std::string WriteHoa(const Automaton& automaton, const std::string& name, Semant
       text += "State: " + std::to_string(state) + (automaton.IsAccepting(state) ? " {0}\n" : "\n");
     }
     PollLimits();
-    text += "[" + (edge.has_guard ? HoaLabel(edge.guard) : HoaClauses(edge.clauses)) + "] " + std::to_string(edge.to) + "\n";
+    text += "[" + (edge.has_guard ? HoaLabel(edge.guard) : HoaClauses(edge.clauses)) + "] " +
+            std::to_string(edge.to) + "\n";
   }
   return text + "--END--\n";
 }
@@ -98,41 +103,51 @@ std::string WriteDot(const Automaton& automaton, const std::string& name) {
     }
     text += ";\n";
   }
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
   for (const AutomatonEdge& edge : automaton.Edges()) {
     text += "  " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
-            " [label=" + Quote(GuardText(edge, automaton.atoms())) + "];\n";
+            " [label=" + Quote(GuardText(edge, texts)) + "];\n";
   }
   return text + "}\n";
 }
 
-Value WriteAutomaton(const Automaton& automaton) {
-  Value atoms = Value::Array(), accepting = Value::Array(), edges = Value::Array();
+Value WriteStates(const Automaton& automaton) {
+  Value atoms = Value::Array(), accepting = Value::Array();
   for (const std::string& atom : automaton.atoms()) atoms.Append(atom);
   for (int s = 0; s < automaton.states(); ++s) {
     if (automaton.IsAccepting(s)) accepting.Append(s);
-  }
-  for (const AutomatonEdge& edge : automaton.Edges()) {
-    Value written = Value::Object()
-                        .Set("from", edge.from)
-                        .Set("to", edge.to)
-                        .Set("guard", GuardText(edge, automaton.atoms()));
-    if (edge.has_guard) {
-      written.Set("cubes", WriteCubes(edge.guard, automaton.atoms()));
-    } else {
-      written.Set("clauses", WriteCubes(edge.clauses, automaton.atoms()));
-    }
-    edges.Append(std::move(written));
   }
   return Value::Object()
       .Set("atoms", std::move(atoms))
       .Set("states", automaton.states())
       .Set("initial", automaton.initial())
-      .Set("accepting", std::move(accepting))
-      .Set("edges", std::move(edges));
+      .Set("accepting", std::move(accepting));
+}
+
+std::string WriteEdges(const Automaton& automaton) {
+  // A literal is written often: once in each form is enough.
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
+  std::vector<std::string> literals[2];
+  for (const std::string& atom : texts) {
+    literals[1].push_back(WriteJson(Value(atom), 0));
+    literals[0].push_back(WriteJson(Value("!" + atom), 0));
+  }
+  std::string text = "[";
+  const char* between = "";
+  for (const AutomatonEdge& edge : automaton.Edges()) {
+    text += std::exchange(between, ",");
+    text += "\n    {\"from\": " + std::to_string(edge.from) + ", \"to\": " + std::to_string(edge.to);
+    text += ", \"guard\": " + WriteJson(Value(GuardText(edge, texts)), 0);
+    text += edge.has_guard ? ", \"cubes\": " + CubesText(edge.guard, literals)
+                           : ", \"clauses\": " + CubesText(edge.clauses, literals);
+    text += "}";
+  }
+  return text + "\n  ]";
 }
 
 std::string AutomatonTable(const Automaton& automaton, size_t max_lines) {
   const std::vector<AutomatonEdge> edges = automaton.Edges();
+  const std::vector<std::string> texts = AtomTexts(automaton.atoms());
   const size_t width = std::max<size_t>(5, std::to_string(automaton.states()).size());
   std::string text = Pad("state", width) + "  " + Pad("to", width) + "  when\n";
   int state = -1;
@@ -140,7 +155,7 @@ std::string AutomatonTable(const Automaton& automaton, size_t max_lines) {
     const AutomatonEdge& edge = edges[i];
     const bool first = std::exchange(state, edge.from) != edge.from;
     text += Pad(first ? std::to_string(edge.from) : "", width) + "  " + Pad(std::to_string(edge.to), width) +
-            "  " + GuardText(edge, automaton.atoms());
+            "  " + GuardText(edge, texts);
     if (first && automaton.IsAccepting(state)) text += "   (accepting)";
     if (first && automaton.IsTrap(state)) text += "   (lost)";
     text += "\n";

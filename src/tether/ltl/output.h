@@ -16,9 +16,11 @@ std::string WriteHoa(const Automaton& automaton, const std::string& name, Semant
 /// For graphviz: `dot -Tsvg`.
 std::string WriteDot(const Automaton& automaton, const std::string& name);
 
-/// Members `atoms`, `states` (their number), `initial`, `accepting` (states), and `edges`, each {from, to,
-/// guard (a formula), cubes (lists of literals; one cube of no literals for "always")}.
-Value WriteAutomaton(const Automaton& automaton);
+/// Members `atoms`, `states` (their number), `initial` and `accepting` (states).
+Value WriteStates(const Automaton& automaton);
+/// JSON, a list with a line for each edge: {from, to, guard (a formula), cubes (lists of literals; one cube
+/// of no literals for "always")}.
+std::string WriteEdges(const Automaton& automaton);
 
 /// For people: a line per edge, states that accept or are lost marked, at most `max_lines` of them.
 std::string AutomatonTable(const Automaton& automaton, size_t max_lines);

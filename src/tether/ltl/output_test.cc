@@ -62,12 +62,17 @@ TEST(Output, DotQuotesWhatNeedsIt) {
 }
 
 TEST(Output, JsonHasTheStatesAndTheEdges) {
-  const Value value = WriteAutomaton(Build("F(a | b)", Semantics::kCosafe));
-  EXPECT_EQ(value.Find("states")->integer(), 2);
-  EXPECT_EQ(value.Find("accepting")->items().at(0).integer(), 1);
-  EXPECT_EQ(value.Find("edges")->items().size(), 3u);
-  EXPECT_EQ(value.Find("edges")->items().at(0).Find("guard")->AsText(), "!a & !b");
-  EXPECT_EQ(value.Find("edges")->items().at(1).Find("cubes")->items().size(), 2u);
+  const Automaton automaton = Build("F(a | \"b \\\" c\")", Semantics::kCosafe);
+  const Value states = WriteStates(automaton);
+  EXPECT_EQ(states.Find("states")->integer(), 2);
+  EXPECT_EQ(states.Find("accepting")->items().at(0).integer(), 1);
+  const Value edges = ParseYaml(WriteEdges(automaton), "edges");
+  ASSERT_EQ(edges.items().size(), 3u);
+  EXPECT_EQ(edges.items().at(0).Find("guard")->AsText(), "!a & !\"b \\\" c\"");
+  ASSERT_EQ(edges.items().at(1).Find("cubes")->items().size(), 2u);
+  EXPECT_EQ(edges.items().at(1).Find("to")->integer(), 1);
+  EXPECT_EQ(edges.items().at(1).Find("cubes")->items().at(1).items().at(0).AsText(), "\"b \\\" c\"");
+  EXPECT_EQ(edges.items().at(2).Find("cubes")->items().at(0).items().size(), 0u);
 }
 
 TEST(Output, TablesEndWhereTheyMust) {

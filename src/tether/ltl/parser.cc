@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tether/ltl/lexer.h"
+#include "tether/ltl/words.h"
 
 namespace tether::ltl {
 namespace {
@@ -14,18 +15,6 @@ constexpr int kMaxDepth = 500;
 
 constexpr const char* kOperandAccepted =
     "accepted here: an atom, true, false, '(' or one of the operators ! X X[!] F G";
-
-/// What people write in other notations.
-std::string Suggestion(const std::string& word) {
-  static const std::map<std::string, std::string> words{
-      {"and", "&"},       {"or", "|"},      {"not", "!"},      {"implies", "->"}, {"iff", "<->"},
-      {"equiv", "<->"},   {"until", "U"},   {"next", "X"},     {"always", "G"},   {"globally", "G"},
-      {"release", "R"},   {"finally", "F"}, {"releases", "R"}, {"AND", "&"},      {"eventually", "F"},
-      {"weakuntil", "W"}, {"OR", "|"},      {"NOT", "!"},      {"XOR", "xor"},    {"u", "U"},
-      {"r", "R"},         {"w", "W"},       {"m", "M"}};
-  const auto found = words.find(word);
-  return found == words.end() ? "" : found->second;
-}
 
 class Parser {
  public:
@@ -47,14 +36,34 @@ class Parser {
         {{FormulaLocation(where_, at.column), FormulaPrefix(where_, at.column) + message, accepted}});
   }
 
-  [[noreturn]] void FailAfterFormula(const std::string& or_else) const {
-    const std::string suggestion = Suggestion(token_.text);
-    Fail(token_, "unexpected '" + token_.text + "' where an operator is expected",
-         (suggestion.empty() ? "" : "did you mean '" + suggestion + "'? ") +
-             ("accepted here: & | -> <-> xor U R W M, " + or_else));
+  [[noreturn]] void FailAfterFormula(const std::string& or_else) {
+    const Token unexpected = token_;
+    std::string suggestion = OperatorFor(unexpected.text);
+    if (!suggestion.empty()) suggestion = "did you mean '" + suggestion + "'? ";
+    const bool word = unexpected.kind == Token::Kind::kOperand || unexpected.kind == Token::Kind::kPrefix ||
+                      unexpected.kind == Token::Kind::kOpen;
+    if (suggestion.empty() && word && !before_.empty()) suggestion = SuggestionForBefore(unexpected);
+    Fail(unexpected, "unexpected '" + unexpected.text + "' where an operator is expected",
+         suggestion + ("accepted here: & | -> <-> xor U R W M, " + or_else));
+  }
+
+  /// What the atom before an unexpected operand may have been meant for: `always a`, `at red hall`.
+  std::string SuggestionForBefore(const Token& unexpected) {
+    const std::string symbol = OperatorFor(before_);
+    if (!symbol.empty()) return "did you mean '" + symbol + "' for '" + before_ + "'? ";
+    std::string arguments;
+    for (Token next = unexpected; IsBareWord(next); next = lexer_.Next())
+      arguments += (arguments.empty() ? "" : ",") + next.text;
+    return arguments.empty() ? "" : "did you mean '" + before_ + "(" + arguments + ")'? ";
+  }
+
+  static bool IsBareWord(const Token& token) {
+    return token.kind == Token::Kind::kOperand && token.op == Operator::kAtom && !token.quoted &&
+           token.text.find('(') == std::string::npos;
   }
 
   void Advance() {
+    before_.clear();
     token_ = lexer_.Next();
     if (token_.kind == Token::Kind::kError) Fail(token_, token_.text, token_.accepted);
   }
@@ -108,7 +117,13 @@ class Parser {
     switch (first.kind) {
       case Token::Kind::kOperand:
         Advance();
-        Push({first.op, first.op == Operator::kAtom ? AtomIndex(first.text) : -1, {}, first.column}, first);
+        if (IsBareWord(first)) before_ = first.text;
+        Push({first.op,
+              first.op == Operator::kAtom ? AtomIndex(first.text) : -1,
+              {},
+              first.column,
+              first.quoted},
+             first);
         return;
       case Token::Kind::kPrefix:
         Advance();
@@ -146,6 +161,7 @@ class Parser {
   Lexer lexer_;
   Location where_;
   Token token_;
+  std::string before_;  ///< The word that was read last, if it is an atom.
   std::vector<Formula::Node> nodes_;
   std::vector<int> depths_;
   std::vector<std::string> atoms_;

@@ -33,6 +33,23 @@ void CollectChanged(const Effect& effect, std::set<int>& predicates) {
   for (const Effect& child : effect.children) CollectChanged(child, predicates);
 }
 
+/// Predicates that some action changes or a rule derives.
+std::set<int> FindChanged(const Domain& domain) {
+  std::set<int> changed;
+  for (const Action& action : domain.actions) CollectChanged(action.effect, changed);
+  for (const DerivedRule& rule : domain.derived) changed.insert(rule.predicate);
+  return changed;
+}
+
+/// The facts of all other predicates.
+FactIndex MakeStaticFacts(const Problem& problem, const std::set<int>& changed) {
+  std::vector<bool> known(problem.domain->predicates.size(), true);
+  for (int predicate : changed) known[static_cast<size_t>(predicate)] = false;
+  FactIndex facts(problem, std::move(known));
+  for (const Fact& fact : problem.init) facts.Add({fact.predicate, fact.arguments});
+  return facts;
+}
+
 bool IsStatic(const Formula& formula, const std::set<int>& changed) {
   if (formula.kind == Formula::Kind::kAtom && changed.count(formula.predicate)) return false;
   return std::all_of(formula.children.begin(), formula.children.end(),
@@ -64,10 +81,12 @@ class Grounder {
   Grounder(std::shared_ptr<const Problem> problem, const Limits& limits)
       : problem_(std::move(problem)),
         domain_(*problem_->domain),
-        instantiator_(*problem_, limits, [this](const Atom& atom) { return Provisional(atom); }),
+        limits_(limits),
+        changed_(FindChanged(domain_)),
+        static_facts_(MakeStaticFacts(*problem_, changed_)),
+        instantiator_(*problem_, limits, static_facts_,
+                      [this](const Atom& atom) { return Provisional(atom); }),
         join_(*problem_, table_, instantiator_) {
-    for (const Action& action : domain_.actions) CollectChanged(action.effect, changed_);
-    for (const DerivedRule& rule : domain_.derived) changed_.insert(rule.predicate);
     for (const Fact& fact : problem_->init) {
       const int number = Number({fact.predicate, fact.arguments});
       if (initial_[static_cast<size_t>(number)]) continue;
@@ -188,10 +207,7 @@ class Grounder {
         for (const Effect& child : effect.children) AddEffect(child, binding, condition, effects);
         break;
       case Effect::Kind::kForall:
-        instantiator_.ForEach(effect.variables, binding, [&] {
-          AddEffect(effect.children[0], binding, condition, effects);
-          return true;
-        });
+        AddUniversal(effect.variables, effect.children[0], binding, condition, effects);
         break;
       case Effect::Kind::kWhen: {
         GroundFormula own = instantiator_.Instantiate(effect.condition, binding);
@@ -213,6 +229,28 @@ class Grounder {
         std::move(inner.begin(), inner.end(), std::back_inserter(effects));
         break;
       }
+    }
+  }
+
+  /// `effect` for all objects: where it is conditional, for those for which the condition may hold.
+  void AddUniversal(const std::vector<TypedName>& variables, const Effect& effect, std::vector<int>& binding,
+                    const GroundFormula& condition, std::vector<Draft::Effect>& effects) {
+    if (effect.kind == Effect::Kind::kAnd) {
+      for (const Effect& child : effect.children) AddUniversal(variables, child, binding, condition, effects);
+    } else if (effect.kind == Effect::Kind::kForall) {
+      std::vector<TypedName> all = variables;
+      all.insert(all.end(), effect.variables.begin(), effect.variables.end());
+      AddUniversal(all, effect.children[0], binding, condition, effects);
+    } else if (effect.kind == Effect::Kind::kWhen) {
+      instantiator_.ForEachMatch(variables, effect.condition, true, binding, [&](std::vector<int>& bound) {
+        AddEffect(effect, bound, condition, effects);
+        return true;
+      });
+    } else {
+      instantiator_.ForEach(variables, binding, [&] {
+        AddEffect(effect, binding, condition, effects);
+        return true;
+      });
     }
   }
 
@@ -335,7 +373,7 @@ class Grounder {
     SetCosts(*task);
     task->IndexActions();
     if (!task->derived_.empty()) task->Derive(task->initial_state_);
-    task->goal_ = task->Compile(problem_->goal);
+    task->goal_ = task->Compile(problem_->goal, limits_);
     return task;
   }
 
@@ -391,33 +429,20 @@ class Grounder {
     }
     action.name += ")";
     action.precondition = Condition(Renumber(draft.precondition));
-    std::vector<Task::Change> changes;
     for (const Draft::Effect& effect : draft.effects) {
       GroundEffect ground{Condition(Renumber(effect.condition)), Renumber(effect.deletes),
                           Renumber(effect.adds)};
       if (ground.condition.never() || (ground.adds.empty() && ground.deletes.empty())) continue;
-      Task::Change change;
-      change.conditional = !ground.condition.always();
-      auto word_of = [&](int atom) -> Task::WordChange& {
-        const size_t word = static_cast<size_t>(atom) / 64;
-        for (Task::WordChange& existing : change.words) {
-          if (existing.word == word) return existing;
-        }
-        return change.words.emplace_back(Task::WordChange{word, 0, 0});
-      };
-      for (int atom : ground.deletes) word_of(atom).deletes |= uint64_t{1} << (atom % 64);
-      for (int atom : ground.adds) word_of(atom).adds |= uint64_t{1} << (atom % 64);
-      changes.push_back(std::move(change));
       action.effects.push_back(std::move(ground));
     }
-    task.action_index_.emplace(action.name, static_cast<int>(task.actions_.size()));
-    task.actions_.push_back(std::move(action));
-    task.changes_.push_back(std::move(changes));
+    task.AddAction(std::move(action));
   }
 
   std::shared_ptr<const Problem> problem_;
   const Domain& domain_;
+  const Limits& limits_;
   std::set<int> changed_;  ///< Predicates that some action changes or a rule derives.
+  FactIndex static_facts_;
   AtomTable table_;
   std::vector<bool> initial_, may_hold_, may_fail_;  ///< By number in table_.
   Instantiator instantiator_;

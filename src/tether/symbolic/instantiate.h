@@ -7,6 +7,7 @@
 
 #include "tether/common/limits.h"
 #include "tether/symbolic/condition.h"
+#include "tether/symbolic/fact_index.h"
 #include "tether/symbolic/pddl.h"
 #include "tether/symbolic/task.h"
 
@@ -30,9 +31,10 @@ class Instantiator {
   /// Returns a literal or a constant for a ground atom.
   using GroundAtom = std::function<GroundFormula(const Atom&)>;
 
-  /// `limits` must outlive this; LimitReached is thrown where they are.
-  Instantiator(const Problem& problem, const Limits& limits, GroundAtom ground_atom)
-      : types_(problem), poller_(limits), ground_atom_(std::move(ground_atom)) {}
+  /// `limits` and `facts` must outlive this; LimitReached is thrown at the limits. Of predicates that `facts`
+  /// knows, `ground_atom` is asked for atoms that come to nothing too.
+  Instantiator(const Problem& problem, const Limits& limits, const FactIndex& facts, GroundAtom ground_atom)
+      : types_(problem), poller_(limits), facts_(facts), ground_atom_(std::move(ground_atom)) {}
 
   /// `binding` holds an object for each variable around `formula`.
   GroundFormula Instantiate(const Formula& formula, std::vector<int>& binding) {
@@ -44,6 +46,11 @@ class Instantiator {
   bool ForEach(const std::vector<TypedName>& variables, std::vector<int>& binding,
                const std::function<bool()>& visit);
 
+  /// Visits all bindings, `binding` at their beginning, for which `formula` (or its negation, if not
+  /// `positive`) may hold, until a visit returns false; few others where the facts say so.
+  void ForEachMatch(const std::vector<TypedName>& variables, const Formula& formula, bool positive,
+                    const std::vector<int>& binding, const std::function<bool(std::vector<int>&)>& visit);
+
   /// One step of work: looks at the limits now and then.
   void CountStep() { poller_.Tick(); }
 
@@ -53,9 +60,11 @@ class Instantiator {
 
  private:
   GroundFormula Instantiate(const Formula& formula, std::vector<int>& binding, bool positive);
+  GroundFormula InstantiateQuantifier(const Formula& formula, const std::vector<int>& binding, bool positive);
 
   TypeIndex types_;
   LimitPoller poller_;
+  const FactIndex& facts_;
   GroundAtom ground_atom_;
 };
 

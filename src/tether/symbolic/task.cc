@@ -58,6 +58,27 @@ void Task::FindApplicable(StateView state, std::vector<int>& actions) const {
   std::sort(actions.begin(), actions.end());
 }
 
+void Task::AddAction(GroundAction action) {
+  std::vector<Change> changes;
+  for (const GroundEffect& effect : action.effects) {
+    Change change;
+    change.conditional = !effect.condition.always();
+    auto word_of = [&](int atom) -> WordChange& {
+      const size_t word = static_cast<size_t>(atom) / 64;
+      for (WordChange& existing : change.words) {
+        if (existing.word == word) return existing;
+      }
+      return change.words.emplace_back(WordChange{word, 0, 0});
+    };
+    for (int atom : effect.deletes) word_of(atom).deletes |= uint64_t{1} << (atom % 64);
+    for (int atom : effect.adds) word_of(atom).adds |= uint64_t{1} << (atom % 64);
+    changes.push_back(std::move(change));
+  }
+  action_index_.emplace(action.name, static_cast<int>(actions_.size()));
+  actions_.push_back(std::move(action));
+  changes_.push_back(std::move(changes));
+}
+
 void Task::IndexActions() {
   auto for_each_needed = [](const Condition& condition, const auto& visit) {
     const GroundFormula& formula = condition.formula();
@@ -114,9 +135,11 @@ bool Task::Holds(const Atom& atom, StateView state) const {
   return (state[static_cast<size_t>(index) / 64] >> (index % 64) & 1) != 0;
 }
 
-Condition Task::Compile(const Formula& formula) const {
-  const Limits none;
-  Instantiator instantiator(*problem_, none, [this](const Atom& atom) {
+Condition Task::Compile(const Formula& formula, const Limits& limits) const {
+  FactIndex facts(*problem_, std::vector<bool>(domain().predicates.size(), true));
+  for (const Atom& atom : atoms_) facts.Add(atom);
+  for (const Atom& atom : constant_atoms_) facts.Add(atom);
+  Instantiator instantiator(*problem_, limits, facts, [this](const Atom& atom) {
     const int index = FindAtom(atom);
     return index >= 0 ? GroundFormula::Literal(index, true) : GroundFormula::Constant(HoldsAlways(atom));
   });

@@ -93,7 +93,7 @@ class Task {
   bool Holds(const Atom& atom, StateView state) const;
 
   /// Grounds a formula without free variables, parsed against this problem.
-  Condition Compile(const Formula& formula) const;
+  Condition Compile(const Formula& formula, const Limits& limits = {}) const;
 
   /// "on(box,table)".
   std::string AtomName(const Atom& atom) const;
@@ -103,10 +103,13 @@ class Task {
 
  private:
   friend class Grounder;
+  friend class RelevanceFinder;
   Task() = default;
 
   /// Sets the derived atoms to what follows from the others.
   void Derive(std::span<uint64_t> state) const;
+  /// Appends an action whose numbers are the task's.
+  void AddAction(GroundAction action);
   void IndexActions();
 
   /// An effect as masks on one word.

@@ -160,6 +160,73 @@ TEST(TaskTest, ReplacesTheGoal) {
   EXPECT_TRUE(task->IsGoal(task->Apply(task->FindAction("pick(hook)"), task->initial_state())));
 }
 
+std::vector<std::string> Variables(int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back("?v" + std::to_string(i));
+  return names;
+}
+
+/// A chain of nodes over a sparse relation that never changes, from a visited one to another, quantified in
+/// a precondition, a condition of an effect, a derived predicate or the goal.
+std::shared_ptr<const Problem> Chain(int length, int nodes, const std::string& place) {
+  const std::vector<std::string> names = Variables(length);
+  std::string variables, body = "(and (seen ?v0) (seen " + names.back() + ")";
+  for (size_t i = 0; i < names.size(); ++i) {
+    variables += " " + names[i];
+    if (i > 0) body += " (road " + names[i - 1] + " " + names[i] + ")";
+  }
+  const std::string exists = "(exists (" + variables + " - node) " + body + "))";
+  std::string domain =
+      "(define (domain d) (:types node) (:predicates (road ?x ?y - node) (seen ?x - node) "
+      "(linked) (done))\n (:action see :parameters (?x - node) :effect (seen ?x))\n";
+  if (place == "precondition") domain += "(:action end :precondition " + exists + " :effect (done))";
+  if (place == "effect") domain += "(:action end :effect (when " + exists + " (done)))";
+  if (place == "axiom") {
+    domain += "(:derived (linked) " + exists + ")";
+    domain += "(:action end :precondition (linked) :effect (done))";
+  }
+  // The same, said of all: no chain is missing an end.
+  if (place == "forall") {
+    domain += "(:action end :precondition (not (forall (" + variables + " - node) (not " + body +
+              ")))) :effect (done))";
+  }
+  std::string objects, facts;
+  for (int i = 0; i < nodes; ++i) {
+    objects += " n" + std::to_string(i);
+    for (int k : {2 * i + 1, 5 * i + 3})
+      facts += " (road n" + std::to_string(i) + " n" + std::to_string(k % nodes) + ")";
+  }
+  return ParseProblem("(define (problem p) (:domain d) (:objects" + objects + " - node) (:init" + facts +
+                          ") (:goal " + (place == "goal" ? exists : "(done)") + "))",
+                      "p", ParseDomain(domain + ")", "d"));
+}
+
+// Find exists_join.
+TEST(TaskTest, ExistsJoin_QuantifiedConditionsAreJoinedOverFacts) {
+  for (const std::string place : {"precondition", "effect", "axiom", "forall", "goal"}) {
+    SCOPED_TRACE(place);
+    // 40⁶ bindings would not be written out in time.
+    Limits limits;
+    limits.SetTimeLimit(60);
+    const auto task = Task::Ground(Chain(6, 40, place), limits);
+    EXPECT_EQ(task->actions().size(), place == "goal" ? 40u : 41u);
+    // With few nodes, the same as what is written out.
+    const auto small = Chain(4, 4, place);
+    const auto grounded = Task::Ground(small);
+    State state = grounded->initial_state();
+    naive::Facts facts = naive::Initial(*small);
+    Random random(7);
+    for (int step = 0; step < 12; ++step) {
+      const auto steps = naive::Steps(*small, facts);
+      ASSERT_EQ(ApplicableNames(*grounded, state).size(), steps.size());
+      ASSERT_EQ(grounded->IsGoal(state), naive::Holds(*small, small->goal, facts, {}));
+      const naive::Step& next = steps[static_cast<size_t>(random.Index(static_cast<int>(steps.size())))];
+      state = grounded->Apply(grounded->FindAction(next.name), state);
+      facts = next.after;
+    }
+  }
+}
+
 TEST(TaskTest, GroundingKeepsToItsLimits) {
   std::string objects;
   for (int i = 0; i < 100; ++i) objects += " o" + std::to_string(i);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "tether/ltl/parser.h"
+#include "tether/ltl/words.h"
 #include "tether/symbolic/formula_parser.h"
 
 namespace tether::task {
@@ -26,8 +27,9 @@ class PropositionReader {
       std::vector<std::string> known;
       for (const symbolic::Predicate& predicate : domain.predicates) known.push_back(predicate.name);
       const std::string word = Trim(name.substr(0, open));
+      const std::string symbol = open < name.size() ? ltl::OperatorFor(word) : "";
       return Fail(column, "unknown proposition '" + name + "': there is no predicate '" + word + "'",
-                  Accepted(word, known));
+                  (symbol.empty() ? "" : "for the operator, write " + symbol + "; ") + Accepted(word, known));
     }
     const symbolic::Predicate& predicate = domain.predicates[static_cast<size_t>(atom.predicate)];
     std::vector<std::string> words = Split(name, open);
