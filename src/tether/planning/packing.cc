@@ -74,15 +74,17 @@ std::optional<Packing::Arrangement> Packing::Arrange(int attempt, const Random& 
   const double roomy = facts_.problem().program.object_clearance;
   const double least = facts_.problem().program.hand_clearance;
   for (const double clearance : {roomy, 0.5 * (roomy + least), least}) {
-    for (const double raised : {0.0, kRaised}) {
-      Arrangement found{{}, clearance < roomy};
-      std::map<std::string, Pose> X_W;
-      const Fit fit{attempt, clearance, raised};
-      if (std::all_of(groups_.begin(), groups_.end(), [&](const Group& group) {
-            Random own = random;
-            return ArrangeGroup(group, fit, own, found.placed, X_W);
-          }))
-        return found;
+    for (const bool aligned : {false, true}) {
+      for (const double raised : {0.0, kRaised}) {
+        Arrangement found{{}, clearance < roomy};
+        std::map<std::string, Pose> X_W;
+        const Fit fit{attempt, clearance, raised, aligned};
+        if (std::all_of(groups_.begin(), groups_.end(), [&](const Group& group) {
+              Random own = random;
+              return ArrangeGroup(group, fit, own, found.placed, X_W);
+            }))
+          return found;
+      }
     }
   }
   return std::nullopt;
@@ -101,9 +103,9 @@ bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, s
     const Vector2d wanted = (X_WS.Inverse() * X_WGuess.p).head<2>();
     bool placed = false;
     for (const Vector2d& p_S : Places(support, wanted, fit.attempt, random)) {
-      for (int turn = 0; turn < 4 && !placed; ++turn) {
+      for (int turn = fit.aligned ? 0 : -1; turn < (fit.aligned ? 4 : 0) && !placed; ++turn) {
         // The smallest turns first.
-        Pose X_WO = Aligned(X_WGuess, X_WS, turn < 3 ? (turn == 2 ? -1 : turn) : 2);
+        Pose X_WO = turn < 0 ? X_WGuess : Aligned(X_WGuess, X_WS, turn < 3 ? (turn == 2 ? -1 : turn) : 2);
         const double height = (X_WS.Inverse() * X_WO.p).z();
         X_WO.p = X_WS * Vector3d(p_S.x(), p_S.y(), height);
         if (!StandsClear(placing, group.support, X_WO, fit.clearance, X_W) ||

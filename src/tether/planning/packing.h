@@ -13,8 +13,8 @@ namespace tether::planning {
 /// Several objects that a skeleton puts down on one support, and how they may be arranged there. Each by
 /// itself finds its place; whether all of them do depends on all places together. An arrangement puts one
 /// after the other, as the skeleton does, on a grid over the support, in an order of the grid's places that
-/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects turned
-/// along the support's edges, clear of all that stands there, and the hand too. The optimiser begins there.
+/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects as they
+/// came or else along the support's edges, clear of all that stands there, and the hand too. The optimiser begins there.
 class Packing {
  public:
   /// Fewer objects than this on one support need no arranging.
@@ -46,6 +46,7 @@ class Packing {
     int attempt;
     double clearance;  // between what is put down and the rest, m
     double raised;     // of the grasp, as a share of the object's height
+    bool aligned;      // with the support's edges, not as they came
   };
 
   bool ArrangeGroup(const Group& group, const Fit& fit, Random& random, std::map<int, math::Pose>& poses,

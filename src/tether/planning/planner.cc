@@ -204,20 +204,20 @@ class Planner {
   /// is none.
   std::vector<int> ShorterOrder(const std::vector<int>& actions) {
     std::vector<int> best = actions;
-    double first = -1, least = 0;
-    int left = kMostOrders;
-    for (bool better = true; better && left > 0 && !limits_.Over();) {
-      better = false;
-      for (std::vector<int>& other : subsequences_.Exchanged(best)) {
-        if (first < 0) first = least = BoundOf(best);
-        if (left-- <= 0) break;
-        const double bound = BoundOf(other);
-        if (bound >= least * (1 - kBetter)) continue;
-        least = bound;
-        best = std::move(other);
-        better = true;
-        break;
-      }
+    std::vector<std::vector<int>> others = subsequences_.Exchanged(best);
+    if (others.empty()) return {};
+    const double first = BoundOf(actions);
+    double least = first;
+    size_t in_vain = 0;
+    for (int at = 0; at < kMostOrders && in_vain < others.size() && !limits_.Over(); ++at) {
+      std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
+      const double bound = BoundOf(other);
+      ++in_vain;
+      if (bound >= least * (1 - kBetter)) continue;
+      least = bound;
+      best = std::move(other);
+      others = subsequences_.Exchanged(best);
+      in_vain = 0;
     }
     return least < kMuchShorter * first ? best : std::vector<int>();
   }
