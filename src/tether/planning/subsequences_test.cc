@@ -1,5 +1,6 @@
 #include "tether/planning/subsequences.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -105,9 +106,12 @@ TEST_F(SubsequencesTest, LongSequencesLoseOneActionAfterTheOther) {
   ASSERT_GT(long_one.size(), Subsequences::kExact);
   const std::vector<std::string> parts = Find(long_one);
   ASSERT_FALSE(parts.empty());
-  EXPECT_THAT(parts, ::testing::Contains("pick(a) put(a,bin) pick(a) put(a,tray) pick(b) put(b,bin) pick(b) "
-                                         "put(b,tray) pick(c) put(c,bin) pick(c) put(c,tray) pick(d) "
-                                         "put(d,bin) pick(d) put(d,tray)"));
+  EXPECT_EQ(parts.front(),
+            "pick(a) put(a,tray) pick(b) put(b,tray) pick(c) put(c,tray) pick(d) put(d,tray)");
+  // Each action by itself, too.
+  std::vector<std::string> without_the_last_look = long_one;
+  without_the_last_look.erase(std::find(without_the_last_look.begin(), without_the_last_look.end(), "look(d)"));
+  EXPECT_THAT(parts, ::testing::Contains(Text(Numbers(without_the_last_look))));
 }
 
 /// All parts, one by one.
