@@ -28,7 +28,12 @@ struct Side {
   std::string label;
   double lowest_B = -std::numeric_limits<double>::infinity();
   double highest_B = std::numeric_limits<double>::infinity();
+  Extent reach{0, 0}, heights{0, 0};  // as Contact's
 };
+
+Extent PartExtent(const Part& part, const Vector3d& direction) {
+  return {-PartSupport(part, -direction), PartSupport(part, direction)};
+}
 
 /// The part of an extent that keeps off its ends.
 Extent Within(const Extent& extent) {
@@ -45,7 +50,8 @@ void AddHullSides(const Part& part, const std::string& prefix, const Vector3d& c
     const Vector3d across = up_B.cross(n);
     const Extent reach = Within(ExtentAlong(side, across)), heights = Within(ExtentAlong(side, up_B));
     if (across.dot(com_B) < reach.low || across.dot(com_B) > reach.high) continue;
-    sides.push_back({n, PartSupport(part, n), prefix + "side " + side.name, heights.low, heights.high});
+    sides.push_back(
+        {n, PartSupport(part, n), prefix + "side " + side.name, heights.low, heights.high, reach, heights});
   }
 }
 
@@ -58,12 +64,21 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
     const Part& part = shape.parts[i];
     const std::string prefix = shape.is_compound() ? "part " + std::to_string(i + 1) + " " : "";
     const auto add = [&](const Vector3d& n, const std::string& label) {
-      sides.push_back({n, PartSupport(part, n), prefix + label});
+      Side& side = sides.emplace_back(Side{n, PartSupport(part, n), prefix + label});
+      side.reach = PartExtent(part, up_B.cross(n));
+      side.heights = PartExtent(part, up_B);
+      return &side;
     };
+    // What is round is touched where it comes nearest.
+    const auto middle = [](Extent& extent) { extent.low = extent.high = 0.5 * (extent.low + extent.high); };
     const auto add_round = [&] {
       for (double degrees : {0.0, 20.0, -20.0, 45.0, -45.0, 90.0, -90.0}) {
         const Vector3d n = math::ExpSO3(up_B * (degrees * std::numbers::pi / 180)) * -pull_B;
-        add(n, "round side at " + std::to_string(static_cast<int>(degrees)) + " deg");
+        Side* side = add(n, "round side at " + std::to_string(static_cast<int>(degrees)) + " deg");
+        middle(side->reach);
+        if (std::holds_alternative<geometry::Sphere>(part.primitive)) middle(side->heights);
+        if (const auto* capsule = std::get_if<geometry::Capsule>(&part.primitive))
+          side->heights = {side->heights.low + capsule->radius, side->heights.high - capsule->radius};
       }
     };
     if (std::holds_alternative<geometry::Box>(part.primitive)) {
@@ -85,8 +100,16 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
         add_round();
       } else if (std::abs(axis.dot(up_B)) < kLevel) {
         for (int sign : {1, -1}) {
-          add(axis * sign, sign > 0 ? "+ end" : "- end");
-          add(up_B.cross(axis).normalized() * sign, sign > 0 ? "left side" : "right side");
+          Side* end = add(axis * sign, sign > 0 ? "+ end" : "- end");
+          const auto* capsule = std::get_if<geometry::Capsule>(&part.primitive);
+          if (capsule != nullptr) {
+            middle(end->reach);
+            middle(end->heights);
+          }
+          Side* side = add(up_B.cross(axis).normalized() * sign, sign > 0 ? "left side" : "right side");
+          middle(side->heights);
+          if (capsule != nullptr)
+            side->reach = {side->reach.low + capsule->radius, side->reach.high - capsule->radius};
         }
       }
     }
@@ -114,6 +137,11 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
           if (other != axis && std::abs(part.X_SP.R.col(other).dot(down_A)) < kLevel)
             half_width = 0.5 * box->size[other];
         }
+        tip.half_height = 0;
+        for (int other = 0; other < 3; ++other) {
+          if (other != axis && std::abs(part.X_SP.R.col(other).dot(down_A)) > 1 - kLevel)
+            tip.half_height = 0.5 * box->size[other];
+        }
         for (int sign : {1, -1}) {
           tip.direction_A = u * sign;
           tip.tool_depth = 0.5 * box->size[axis];
@@ -134,6 +162,7 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
         const Vector3d across = down_A.cross(tip.direction_A);
         const Extent reach = ExtentAlong(side, across), heights = ExtentAlong(side, down_A);
         tip.half_width = 0.5 * (reach.high - reach.low);
+        tip.half_height = 0.5 * (heights.high - heights.low);
         tip.centre_A = tip.direction_A * tip.direction_A.dot(part.X_SP.p) +
                        across * (0.5 * (reach.low + reach.high)) +
                        down_A * (0.5 * (heights.low + heights.high));
@@ -153,6 +182,7 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
         tip.half_width = 0.5 * (capsule != nullptr ? capsule->length : cylinder->length);
         tips.push_back(tip);
       } else if (std::abs(axis.dot(down_A)) > 1 - kLevel) {
+        tip.half_height = 0.5 * (capsule != nullptr ? capsule->length : cylinder->length);
         tips.push_back(tip);
       }
     }
@@ -181,6 +211,8 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
       contact.offset_B = side.offset_B;
       contact.lowest_B = side.lowest_B;
       contact.highest_B = side.highest_B;
+      contact.reach_B = side.reach;
+      contact.heights_B = side.heights;
       contact.label = tool + " " + contact.label + " against " + object + " " + side.label;
       // First the way that the push goes, then a wide contact, then little turning of the tool.
       contact.score = 1 + contact.normal_B.dot(pull_B) - 0.5 * std::min(contact.half_width, 0.1);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tether/constraints/context.h"
+#include "tether/constraints/surface.h"
 
 namespace tether::constraints {
 
@@ -25,8 +26,10 @@ struct Contact {
   /// outward normal. None: a point of contact (a sphere, or something round standing upright).
   enum class Form { kPoint, kLine, kFace } form = Form::kPoint;
   Eigen::Vector3d direction_A = Eigen::Vector3d::Zero();
-  /// Half the width of the contact, level and across the push, m.
-  double half_width = 0;
+  /// Half the width and height of what of the tool is in contact: level and across the push, and upwards, m.
+  double half_width = 0, half_height = 0;
+  /// Where the side is: along up × normal, and upwards, m from the object's origin.
+  Extent reach_B{0, 0}, heights_B{0, 0};
   std::string label;
   double score = 0;
 };

@@ -58,6 +58,10 @@ class Context {
   /// From where the hand comes to what it grasps at the present step: "down", or what a `graspable` there
   /// says.
   virtual const std::string& approach() const = 0;
+  /// What the present step's verbs close the fingers on this object with, N at each pad; none if they don't.
+  virtual std::optional<double> grip_force(const std::string& object) const = 0;
+  /// How far inside an object the hand's origin has to be at the present step, m; none if that is not asked.
+  virtual std::optional<double> grip_margin(const std::string& object) const = 0;
   /// Picks among the ways for the choice called `key`; the same key gives the same answer within one program.
   /// `options` must not be empty.
   virtual int Choose(const std::string& key, const std::vector<Option>& options) const = 0;
@@ -78,16 +82,27 @@ class RowSink {
   /// This pair touches on purpose at that step: it gets no collision row (ERRATA A12). With `part_a` ≥ 0 only
   /// that part of `a`.
   virtual void Exempt(int step, const std::string& a, const std::string& b, int part_a = -1) = 0;
-  /// No pose can satisfy the constraint, whatever the optimiser does.
+  /// No pose can satisfy the constraint, whatever the choices and whatever comes before the step: a proof.
   virtual void Refute(const std::string& reason) = 0;
+  /// No pose is looked for, but there may be one: the constraint has no rows for what it is about, or not all
+  /// that it allows is tried.
+  virtual void Decline(const std::string& reason) = 0;
 };
 
 /// Takes what a geometric test finds.
 class Findings {
  public:
   virtual ~Findings() = default;
-  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians.
-  virtual void Report(const std::string& label, nlp::Unit unit, double amount) = 0;
+  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians. `cause`, if given, is asked only
+  /// then, and says in words that follow the action what is wrong: "a leans by 3 degrees on b".
+  template <typename Cause>
+  void Report(const std::string& label, nlp::Unit unit, double amount, const Cause& cause) {
+    Take(label, unit, amount, amount <= 0 ? std::string() : std::string(cause()));
+  }
+  void Report(const std::string& label, nlp::Unit unit, double amount) { Take(label, unit, amount, {}); }
+
+ protected:
+  virtual void Take(const std::string& label, nlp::Unit unit, double amount, std::string cause) = 0;
 };
 
 }  // namespace tether::constraints

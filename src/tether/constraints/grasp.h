@@ -36,10 +36,10 @@ struct ClosingDirection {
 std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
                                                 const Eigen::Vector3d& approach_P);
 
-/// What the fingers can take, best first. Empty when everything is wider than the gripper opens. `too_wide`,
-/// if given, receives the smallest width found.
-std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
-                              double* smallest_width = nullptr);
+class GraspFlaws;
+
+/// What the fingers can take, best first. Where that is nothing, `flaws`, if given, says why.
+std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, GraspFlaws* flaws = nullptr);
 
 /// The grasp chosen for this step and object, shared by all constraints of the step; none if there is none.
 std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object);

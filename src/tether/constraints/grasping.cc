@@ -8,7 +8,9 @@
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/opposite_sides.h"
+#include "tether/constraints/part_grasps.h"
 #include "tether/constraints/surface.h"
+#include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/query.h"
@@ -25,8 +27,6 @@ using nlp::Role;
 
 // An axis whose cosine with the vertical is below this is level.
 constexpr double kAlong = 0.1;
-// Room for the fingers to pass beside what they close on, both sides together, m.
-constexpr double kOpeningSlack = 0.005;
 // Room between the palm and the top of what is grasped, m.
 constexpr double kPalmClearance = 0.005;
 // Between the open hand and what else the grasped object is made of, m.
@@ -38,22 +38,8 @@ constexpr double kFingerClearance = 0.01;
 constexpr double kClearanceWeight = 10;
 constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;
-// Without a robot model: a parallel gripper of common size.
-constexpr double kDefaultOpening = 0.08;
-constexpr double kDefaultPadHalfWidth = 0.01;
 // Of the pairs of sides of one part, so many are offered.
 constexpr size_t kMostOfPart = 8;
-
-/// The widest thing that the gripper takes, m.
-double MaxOpening(const Context& context) {
-  if (context.robot() == nullptr) return kDefaultOpening;
-  const robot::Gripper& gripper = context.robot()->gripper();
-  return std::min(gripper.max_opening, gripper.max_width + kOpeningSlack);
-}
-
-double PadHalfWidth(const Context& context) {
-  return context.robot() != nullptr ? context.robot()->gripper().pad_half_width : kDefaultPadHalfWidth;
-}
 
 }  // namespace
 
@@ -76,7 +62,14 @@ std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primi
   const double radius = capsule != nullptr ? capsule->radius : std::get<geometry::Cylinder>(primitive).radius;
   if (along_z) return {{std::nullopt, 2 * radius, "any direction"}};
   if (std::abs(approach_P.z()) > 0.1) return {};
-  return {{approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
+  std::vector<ClosingDirection> all{
+      {approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
+  // A short one by its ends, which are flat.
+  if (capsule == nullptr) {
+    const double length = std::get<geometry::Cylinder>(primitive).length;
+    if (length <= 2 * radius) all.push_back({Vector3d::UnitZ(), length, "along"});
+  }
+  return all;
 }
 
 namespace {
@@ -141,34 +134,6 @@ double ApproachError(double tilt, const std::string& which) {
   return error;
 }
 
-/// The ways to take one part, without their scores.
-std::vector<Grasp> GraspsOfPart(const Context& context, const Part& part, const Vector3d& approach_O) {
-  std::vector<Grasp> grasps;
-  Grasp grasp;
-  grasp.approach_O = approach_O;
-  if (std::holds_alternative<geometry::Hull>(part.primitive)) {
-    for (OppositeSides& sides : FindOppositeSides(part, approach_O, PadHalfWidth(context))) {
-      grasp.closing_O = sides.closing;
-      grasp.width = sides.width;
-      grasp.centre_O = sides.centre;
-      grasp.bounds_O = std::move(sides.bounds);
-      grasp.label = "fingers close on " + sides.name;
-      grasps.push_back(grasp);
-    }
-    return grasps;
-  }
-  grasp.centre_O = part.X_SP.p;
-  for (const ClosingDirection& way :
-       ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
-    grasp.closing_O.reset();
-    if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
-    grasp.width = way.width;
-    grasp.label = std::string("fingers close along ") + way.name;
-    grasps.push_back(grasp);
-  }
-  return grasps;
-}
-
 /// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
@@ -219,17 +184,12 @@ void AddOtherParts(const Context& context, const geometry::Shape& shape, int gra
 void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
   const std::string& object = parameters.Text("object");
   const geometry::Shape* shape = context.ShapeOf(object);
-  if (shape == nullptr) return sink.Refute("graspable: '" + object + "' is not solid");
+  if (shape == nullptr) return sink.Refute("'" + object + "' is not solid: there is nothing to grasp");
   const auto grasp = ChosenGrasp(context, object);
   if (!grasp) {
-    double smallest = 0;
-    FindGrasps(context, object, &smallest);
-    if (!std::isfinite(smallest))
-      return sink.Refute("no two sides of " + object + " face each other across the fingers' approach");
-    char text[160];
-    std::snprintf(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
-                  object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
-    return sink.Refute(text);
+    GraspFlaws flaws;
+    FindGrasps(context, object, &flaws);
+    return flaws.proved() ? sink.Refute(flaws.Describe(object)) : sink.Decline(flaws.Describe(object));
   }
   const Part& part = shape->parts[static_cast<size_t>(grasp->part)];
   const std::string label = "graspable(" + object + ")";
@@ -288,22 +248,24 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const double tilt = std::acos(std::clamp(X_OH.R.col(2).dot(context.DownFace(object)), -1.0, 1.0));
   const std::string& approach = parameters.Text("approach");
   findings.Report(label + (approach == "down" ? ": approach from above" : ": approach"), nlp::Unit::kRadian,
-                  ApproachError(tilt, approach));
+                  ApproachError(tilt, approach), [&] { return "the hand would come to " + object + " tilted by " + InDegrees(ApproachError(tilt, approach)); });
   // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
   const int index = geometry::DistanceToPoint(*shape, Pose(), X_OH.p).part;
   const Part& part = shape->parts[static_cast<size_t>(index)];
   const Vector3d closing = X_OH.R.col(1);
   const double upper = PartSupport(part, closing) - closing.dot(X_OH.p);
   const double lower = PartSupport(part, -closing) + closing.dot(X_OH.p);
-  findings.Report(label + ": width between the fingers", nlp::Unit::kMetre,
-                  upper + lower - MaxOpening(context));
-  findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower));
+  const double opening = FingersOf(context.robot()).max_opening;
+  findings.Report(label + ": width between the fingers", nlp::Unit::kMetre, upper + lower - opening, [&] { return object + " is too wide there: " + InMillimetres(upper + lower) + ", and the fingers open " +
+                      InMillimetres(opening); });
+  findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower), [&] { return object + " is not midway between the fingers, but " + InMillimetres(0.5 * (upper - lower)) +
+                      " off"; });
   if (std::holds_alternative<geometry::Hull>(part.primitive)) {
     // The fingers lie flat against what they close on.
     for (const Vector3d& outward : {closing, Vector3d(-closing)}) {
       const auto hit = geometry::CastRay(part.primitive, part.X_SP, X_OH.p, outward);
       const double angle = hit ? std::acos(std::clamp(hit->n_W.dot(outward), -1.0, 1.0)) : std::numbers::pi;
-      findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel);
+      findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel, [&] { return "a finger would not lie on a side of " + object; });
     }
   }
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
@@ -313,35 +275,44 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
       const geometry::Shape other({shape->parts[j]});
       inside = std::max(inside, -geometry::SignedDistance(*hand, X_OH, other, Pose()).distance);
     }
-    findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside);
+    findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside, [&] { return "the open hand would be " + InMillimetres(inside) + " inside another part of " + object; });
   }
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   const Vector3d down = X_OH.R.col(2);
   findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
-                  PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth);
-  findings.Report(label + ": pads not below it", nlp::Unit::kMetre,
-                  down.dot(X_OH.p) + gripper.pad_half_height - geometry::Support(*shape, down));
+                  PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth, [&] { return object + " is too high to be grasped there: the palm would be " +
+                      InMillimetres(PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth) +
+                      " inside its top"; });
+  const double below = down.dot(X_OH.p) + gripper.pad_half_height - geometry::Support(*shape, down);
+  findings.Report(label + ": pads not below it", nlp::Unit::kMetre, below, [&] { return object + " is too low to be grasped there: the fingers' pads would reach " + InMillimetres(below) +
+                      " below it"; });
 }
 
 }  // namespace
 
-std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, double* smallest_width) {
+std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, GraspFlaws* flaws) {
   std::vector<Grasp> grasps;
-  double smallest = std::numeric_limits<double>::infinity();
   const geometry::Shape* shape = context.ShapeOf(object);
   if (shape == nullptr) return grasps;
-  const double opening = MaxOpening(context) - kOpeningSlack;
+  const Fingers fingers = FingersOf(context.robot());
+  Load load;
+  load.margin = context.grip_margin(object).value_or(0);
+  if (const scene::Object* body = context.scene().FindObject(object); body != nullptr && body->mass) {
+    load.mass = *body->mass;
+    load.friction = body->friction;
+    load.force = context.grip_force(object);
+  }
+  const Vector3d down_O = context.DownFace(object);
+  GraspFlaws unasked;
   const auto better = [](const Grasp& a, const Grasp& b) { return a.score < b.score - 1e-9; };
   for (size_t i = 0; i < shape->parts.size(); ++i) {
     const Part& part = shape->parts[i];
     std::vector<Grasp> of_part;
-    const std::vector<Vector3d> approaches = ApproachesTo(part, context.DownFace(object), context.approach());
+    const std::vector<Vector3d> approaches = ApproachesTo(part, down_O, context.approach());
     for (const Vector3d& approach_O : approaches) {
-      for (Grasp& grasp : GraspsOfPart(context, part, approach_O)) {
-        smallest = std::min(smallest, grasp.width);
-        if (grasp.width > opening) continue;
-        grasp.part = static_cast<int>(i);
+      for (Grasp& grasp : GraspsOfPart(*shape, static_cast<int>(i), approach_O, down_O, fingers, load,
+                                       context.approach() == "down", flaws != nullptr ? *flaws : unasked)) {
         if (shape->is_compound()) grasp.label = "part " + std::to_string(i + 1) + ", " + grasp.label;
         if (approaches.size() > 1) {
           char text[80];
@@ -360,7 +331,6 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
     std::move(of_part.begin(), of_part.end(), std::back_inserter(grasps));
   }
   std::stable_sort(grasps.begin(), grasps.end(), better);
-  if (smallest_width != nullptr) *smallest_width = smallest;
   return grasps;
 }
 

@@ -5,6 +5,7 @@
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
+#include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polytope.h"
 #include "tether/geometry/query.h"
@@ -163,7 +164,8 @@ void CheckInside(const Context& context, const Parameters& parameters, Findings&
   } else if (const geometry::Shape* shape = context.ShapeOf(of)) {
     distance = geometry::DistanceToPoint(*shape, Pose(), X_OF.p).distance;
   }
-  findings.Report(label, nlp::Unit::kMetre, distance);
+  const std::string what = frame == kHand ? "the grasp point" : frame;
+  findings.Report(label, nlp::Unit::kMetre, distance, [&] { return what + " is " + InMillimetres(distance) + " outside of " + of; });
 }
 
 /// In the ball about the middle of the solid's box.

@@ -5,7 +5,10 @@
 
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
+#include "tether/constraints/placement.h"
 #include "tether/constraints/surface.h"
+#include "tether/constraints/upper_face.h"
+#include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/support.h"
@@ -18,12 +21,6 @@ using geometry::FlatFacet;
 using math::Pose;
 using nlp::Role;
 
-// Polygons with more corners than this stand for discs if their inscribed circle has this share of the radius
-// of the circle about them, and get one row per edge of the other polygon.
-constexpr size_t kMostCorners = 8;
-constexpr double kRound = 0.97;
-// A footprint that fits with less room than this is not asked to fit, m.
-constexpr double kLeastSlack = 5e-4;
 // A guess keeps this far from other things, m; where it can't, it looks around in rings of this width, m.
 constexpr double kFreeDistance = 0.02;
 constexpr double kRingWidth = 0.03;
@@ -40,87 +37,8 @@ constexpr size_t kMostOfTower = 8;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
-/// How much of `object` must be over the support: its whole footprint where that fits, else its centre of
-/// mass.
-struct Demand {
-  std::vector<Vector3d> points_A;  ///< Points of the object that must be over the support …
-  double margin = 0;               ///< … by this much, m.
-  bool whole_footprint = false;
-};
-
-Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const FlatFacet& support,
-                  double margin) {
-  Demand demand;
-  const auto fits = [&](double inset) {
-    return geometry::FitsInside(foot.polygon, geometry::Shrink(support.polygon, inset)).has_value();
-  };
-  if (foot.points.size() >= 3 && fits(kLeastSlack)) {
-    // Half of the room there is, so that the rows keep an interior.
-    double low = kLeastSlack, high = 2 * margin;
-    if (fits(high)) {
-      low = high;
-    } else {
-      for (int i = 0; i < 12; ++i) {
-        const double middle = 0.5 * (low + high);
-        (fits(middle) ? low : high) = middle;
-      }
-    }
-    demand.margin = std::min(margin, 0.5 * low);
-    demand.whole_footprint = true;
-    if (foot.points.size() > kMostCorners) {
-      const Vector3d centre = CentroidOf(foot);
-      double radius = 0;
-      for (const Vector3d& vertex : foot.points) radius = std::max(radius, (vertex - centre).norm());
-      if (InradiusOf(foot) > kRound * radius) {
-        demand.points_A = {centre};
-        demand.margin += radius;
-        return demand;
-      }
-    }
-    demand.points_A = foot.points;
-    return demand;
-  }
-  // ERRATA A13: else the true centre of mass, at least the margin inside, and well inside of a small support.
-  const double inradius = InradiusOf(support);
-  demand.points_A = {geometry::CentreOfMass(shape)};
-  demand.margin = std::min(std::max(margin, 0.6 * inradius), 0.9 * inradius);
-  return demand;
-}
-
-struct Placement {
-  FlatFacet foot;     // of the object, in its frame
-  FlatFacet support;  // of what it stands on, in that frame
-};
-
-/// Null if one of the two is not solid.
-std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
-                                               const std::string& on) {
-  const geometry::Shape* a = context.ShapeOf(object);
-  const geometry::Shape* b = context.ShapeOf(on);
-  if (a == nullptr || b == nullptr) return nullptr;
-  return context.memo().Get<Placement>("placement(" + object + "," + on + ")", [&] {
-    return Placement{geometry::SupportPolygon(*a, context.DownFace(object)),
-                     geometry::SupportPolygon(*b, -context.DownFace(on))};
-  });
-}
-
-/// The same, but null too if a face there is not flat.
-std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
-                                                   const std::string& on) {
-  auto placement = FindPlacement(context, object, on);
-  const bool flat = placement && placement->foot.points.size() >= 3 && placement->support.points.size() >= 3;
-  return flat ? placement : nullptr;
-}
-
-std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
-                                       const std::string& by, const Placement& placement, double margin) {
-  return context.memo().Get<Demand>("demand(" + object + "," + by + "," + std::to_string(margin) + ")", [&] {
-    return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
-  });
-}
-
-std::string NoSurface(const std::string& name, const char* side) {
-  return name + " has no flat " + side + " face to rest on";
+std::string NotSolid(const Context& context, const std::string& object, const std::string& on) {
+  return "'" + (context.ShapeOf(object) == nullptr ? object : on) + "' is not solid: nothing rests there";
 }
 
 void GuessRestsOn(const Context& context, const Parameters& parameters, Pose& X_TC) {
@@ -142,9 +60,9 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
   const std::string& object = parameters.Text("object");
   const std::string& on = parameters.Text("on");
   const auto placement = FindPlacement(context, object, on);
-  if (!placement) return sink.Refute("rests_on: '" + object + "' and '" + on + "' must be solid");
-  if (placement->foot.points.size() < 3) return sink.Refute(NoSurface(object, "lower"));
-  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(on, "upper"));
+  if (!placement) return sink.Decline(NotSolid(context, object, on));
+  if (placement->foot.points.size() < 3) return sink.Decline(NoLowerFace(context, object));
+  if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, on));
   const std::string label = "rests_on(" + object + ", " + on + ")";
   const std::vector<FrameAt> frames{{on, context.step()}, {object, context.step()}};
   const Vector3d& up = placement->support.normal;
@@ -154,7 +72,11 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
   const Vector3d p_AQ = placement->foot.normal * placement->foot.offset;
   sink.Add(Role::kEquality, label + ": contact height",
            MakeHalfSpaces({{p_AQ, up, placement->support.offset}}), frames);
-  sink.Exempt(context.step(), object, on);
+  if (placement->part >= 0) {
+    sink.Exempt(context.step(), on, object, placement->part);
+  } else {
+    sink.Exempt(context.step(), object, on);
+  }
 }
 
 void CheckRestsOn(const Context& context, const Parameters& parameters, Findings& findings) {
@@ -166,15 +88,17 @@ void CheckRestsOn(const Context& context, const Parameters& parameters, Findings
   const Pose X_WA = context.PoseAt({object, context.step()}), X_WB = context.PoseAt({on, context.step()});
   const std::string label = "rests_on(" + object + ", " + on + ")";
   const double distance = geometry::SignedDistance(*a, X_WA, *b, X_WB).distance;
-  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance));
+  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance), [&] { return object + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") + on; });
   const double tilt = std::acos(
       std::clamp((X_WA.R * context.DownFace(object)).dot(X_WB.R * context.DownFace(on)), -1.0, 1.0));
-  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt);
-  // On top of it, not at its side.
-  const Vector3d up_W = -(X_WB.R * context.DownFace(on));
-  const double top = geometry::Support(*b, X_WB.R.transpose() * up_W) + up_W.dot(X_WB.p);
-  const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p);
-  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top));
+  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt, [&] { return object + " leans by " + InDegrees(tilt) + " on " + on; });
+  // On top of it or of one of its parts, not at its side.
+  const Vector3d up_W = -(X_WB.R * context.DownFace(on)), up_B = X_WB.R.transpose() * up_W;
+  const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p - X_WB.p);
+  const double top = b->is_compound() ? FaceAtHeight(*UpperFacesOf(context, on), bottom).facet.offset
+                                      : geometry::Support(*b, up_B);
+  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top), [&] { return object + " is " + InMillimetres(bottom - top) + (bottom > top ? " above" : " below") +
+                      " the upper face of " + on; });
 }
 
 /// All rows hold at X_BA.
@@ -362,8 +286,8 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
   const auto placement = FindPlacement(context, object, by);
-  if (!placement) return sink.Refute("supported: '" + object + "' and '" + by + "' must be solid");
-  if (placement->support.points.size() < 3) return sink.Refute(NoSurface(by, "upper"));
+  if (!placement) return sink.Decline(NotSolid(context, object, by));
+  if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, by));
   const auto shared_demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));
   const Demand& demand = *shared_demand;
   std::vector<HalfSpaceRow> rows;
@@ -391,10 +315,15 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   const Pose X_BA =
       math::Between(context.PoseAt({by, context.step()}), context.PoseAt({object, context.step()}));
   // In the plane of the support: the centre of mass over the polygon.
-  const FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
+  FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
+  if (b->is_compound()) {
+    const Vector3d& up = support.normal;
+    const double bottom = up.dot(X_BA.p) - geometry::Support(*a, -(X_BA.R.transpose() * up));
+    support = FaceAtHeight(*UpperFacesOf(context, by), bottom).facet;
+  }
   const double inside =
       geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
-  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside);
+  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] { return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by; });
   if (context.control() != object) return;
   for (const Balance& balance : BalancesOf(context, object, 0)) {
     std::vector<Pose> poses;
@@ -402,7 +331,8 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
     Eigen::VectorXd r(balance.function->size());
     balance.function->Evaluate(poses, r, nullptr);
     findings.Report("supported(" + object + ", " + by + "): " + balance.label, nlp::Unit::kMetre,
-                    r.maxCoeff());
+                    r.maxCoeff(), [&] { return "the tower under " + object + " would fall: its centre of mass is " +
+                        InMillimetres(r.maxCoeff()) + " too far out (" + balance.label + ")"; });
   }
 }
 
@@ -417,7 +347,7 @@ std::shared_ptr<const Placement> PlacementHere(const Context& context, const Par
 /// At the height at which it touches, anywhere.
 std::optional<Column> LocateRestsOn(const Context& context, const Parameters& parameters) {
   const auto placement = PlacementHere(context, parameters);
-  if (!placement) return std::nullopt;
+  if (!placement || HasFaces(context, parameters.Text("on"))) return std::nullopt;
   const Vector3d& up = placement->support.normal;
   return Column{up * (placement->support.offset + placement->foot.offset), up,
                 std::numeric_limits<double>::infinity(), 0};
@@ -434,7 +364,7 @@ std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& 
 std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");
-  if (context.control() != object || context.target() != by) return std::nullopt;
+  if (context.control() != object || context.target() != by || HasFaces(context, by)) return std::nullopt;
   const auto placement = FindPlacement(context, object, by);
   if (!placement || placement->support.points.size() < 3) return std::nullopt;
   const auto demand = DemandOf(context, object, by, *placement, parameters.Number("margin"));

@@ -5,7 +5,10 @@
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/surface.h"
+#include "tether/constraints/upper_face.h"
+#include "tether/constraints/words.h"
 #include "tether/geometry/distance.h"
+#include "tether/scene/friction.h"
 
 namespace tether::constraints {
 namespace {
@@ -22,6 +25,9 @@ constexpr double kEndMargin = 0.01;
 constexpr double kConeShare = 0.5;
 // A point of contact may be this far beside the centre of mass, m.
 constexpr double kPointOffset = 0.002;
+// A touch is so far within a side at least, and so near to the line where something round is touched, m.
+constexpr double kOnSide = 0.002;
+constexpr double kOnRound = 0.0005;
 // A first guess of how far to push, m.
 constexpr double kGuessedPush = 0.2;
 
@@ -36,6 +42,13 @@ std::pair<double, double> PressHeights(const geometry::Shape& object, const Vect
   const double low = std::max(-geometry::Support(object, -up_B) + 0.002, contact.lowest_B);
   const double high = std::max(low + 0.002, up_B.dot(geometry::CentreOfMass(object)));
   return {std::min(low, contact.highest_B), std::min(high, contact.highest_B)};
+}
+
+std::string NoContact(const Context& context, const std::string& a, const std::string& b) {
+  for (const std::string& name : {a, b}) {
+    if (context.ShapeOf(name) == nullptr) return "'" + name + "' is not solid: nothing touches it";
+  }
+  return "no upright side of " + b + " that a part of " + a + " can lie against";
 }
 
 void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC) {
@@ -76,7 +89,7 @@ void BuildTouch(const Context& context, const Parameters& parameters, RowSink& s
   const std::string& b = parameters.Frames("between")[1];
   const std::string label = "touch(" + a + ", " + b + ")";
   const auto contact = ChosenContact(context, a, b, context.step());
-  if (!contact) return sink.Refute(label + ": no side of " + b + " that a part of " + a + " can lie against");
+  if (!contact) return sink.Decline(NoContact(context, a, b));
   const Vector3d up_B = -context.DownFace(b);
   const std::vector<FrameAt> frames{{b, context.step()}, {a, context.step()}};
   std::vector<DirectionRow> rows = ParallelRows(ToolDown(context, a), up_B);
@@ -87,6 +100,17 @@ void BuildTouch(const Context& context, const Parameters& parameters, RowSink& s
   sink.Add(Role::kEquality, label + ": contact",
            MakeHalfSpaces({{contact->centre_A, contact->normal_B, contact->offset_B + contact->tool_depth}}),
            frames);
+  // Not only the plane of the side: on the side itself, by a little more than the tolerance.
+  const double half = contact->half_width, rise = contact->half_height;
+  const Extent along{contact->reach_B.low - half + kOnSide, contact->reach_B.high + half - kOnSide};
+  const Extent heights{contact->heights_B.low - rise + kOnSide, contact->heights_B.high + rise - kOnSide};
+  const double middle = 0.5 * (along.low + along.high), level = 0.5 * (heights.low + heights.high);
+  AddHalfSpaces(Role::kInequality, label + ": on the side",
+                {{contact->centre_A, across, std::max(along.high, middle + kOnRound)},
+                 {contact->centre_A, -across, -std::min(along.low, middle - kOnRound)},
+                 {contact->centre_A, up_B, std::max(heights.high, level + kOnRound)},
+                 {contact->centre_A, -up_B, -std::min(heights.low, level - kOnRound)}},
+                frames, sink);
   sink.Exempt(context.step(), a, b, contact->tool_part);
 }
 
@@ -99,14 +123,14 @@ void CheckTouch(const Context& context, const Parameters& parameters, Findings& 
   const double distance = geometry::SignedDistance(*shape_a, context.PoseAt({a, context.step()}), *shape_b,
                                                    context.PoseAt({b, context.step()}))
                               .distance;
-  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance));
+  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance), [&] { return a + " is " + InMillimetres(distance) + (distance > 0 ? " away from " : " inside ") + b; });
 }
 
 double HalfFrictionAngle(const Context& context, const std::string& tool, const std::string& object) {
   const scene::Object* a = context.scene().FindObject(tool);
   const scene::Object* b = context.scene().FindObject(object);
   double friction = b != nullptr ? b->friction : 0.5;
-  if (a != nullptr) friction = std::min(friction, a->friction);
+  if (a != nullptr) friction = scene::PairFriction(friction, a->friction);
   return 0.5 * std::atan(friction);
 }
 
@@ -117,7 +141,7 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
   const int before = context.step() - 1, after = context.step();
   const std::string label = "push_normal(" + a + ", " + b + ")";
   const auto contact = ChosenContact(context, a, b, before);
-  if (!contact) return sink.Refute(label + ": no side of " + b + " that a part of " + a + " can lie against");
+  if (!contact) return sink.Decline(NoContact(context, a, b));
   const Vector3d up_B = -context.DownFace(b);
   const Vector3d& n = contact->normal_B;
   const Vector3d across = up_B.cross(n);
@@ -193,7 +217,9 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
         geometry::SignedDistance(*shape_a, context.PoseAt({a, before}), *shape_b, X_WB);
     const double angle = std::acos(std::clamp(touch.n_W.dot(push_W.normalized()), -1.0, 1.0));
     findings.Report(label + ": direction within half the friction angle", nlp::Unit::kRadian,
-                    angle - HalfFrictionAngle(context, a, b));
+                    angle - HalfFrictionAngle(context, a, b), [&] { return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
+                        " off the side's normal, and friction holds " +
+                        InDegrees(HalfFrictionAngle(context, a, b)); });
   }
 }
 
@@ -230,7 +256,7 @@ void BuildSlide(const Context& context, const Parameters& parameters, RowSink& s
   const geometry::Shape* shape_b = context.ShapeOf(b);
   const geometry::Shape* shape_c = context.ShapeOf(c);
   if (shape_b == nullptr || shape_c == nullptr)
-    return sink.Refute("slide: '" + b + "' and '" + c + "' must be solid");
+    return sink.Decline("'" + (shape_b == nullptr ? b : c) + "' is not solid: nothing slides there");
   const int before = context.step() - 1, after = context.step();
   const std::string label = "slide(" + b + ", " + c + ")";
   const std::vector<FrameAt> frames{{c, before}, {b, before}, {c, after}, {b, after}};
@@ -239,7 +265,7 @@ void BuildSlide(const Context& context, const Parameters& parameters, RowSink& s
   sink.Add(Role::kEquality, label + ": along the surface", MakeDisplacementInTarget({up_C}), frames);
   const geometry::FlatFacet support = geometry::SupportPolygon(*shape_c, up_C);
   const geometry::FlatFacet foot = geometry::SupportPolygon(*shape_b, context.DownFace(b));
-  if (support.points.size() < 3) return sink.Refute(c + " has no flat upper face to slide on");
+  if (support.points.size() < 3) return sink.Decline(NoUpperFace(context, c));
   std::vector<HalfSpaceRow> rows;
   std::vector<Vector3d> points = foot.points;
   if (points.empty() || points.size() > 8) points = {geometry::CentreOfMass(*shape_b)};
@@ -260,14 +286,14 @@ void CheckSlide(const Context& context, const Parameters& parameters, Findings& 
   const Pose X_CB0 = math::Between(context.PoseAt({c, before}), context.PoseAt({b, before}));
   const Pose X_CB1 = math::Between(context.PoseAt({c, after}), context.PoseAt({b, after}));
   const std::string label = "slide(" + b + ", " + c + ")";
-  findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R));
+  findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R), [&] { return b + " would turn by " + InDegrees(math::AngleBetween(X_CB0.R, X_CB1.R)) + " as it slides"; });
   const double before_gap =
       geometry::SignedDistance(*shape_b, context.PoseAt({b, before}), *shape_c, context.PoseAt({c, before}))
           .distance;
   const double after_gap =
       geometry::SignedDistance(*shape_b, context.PoseAt({b, after}), *shape_c, context.PoseAt({c, after}))
           .distance;
-  findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap));
+  findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap), [&] { return b + " would leave the surface of " + c + " by " + InMillimetres(after_gap - before_gap); });
 }
 
 }  // namespace
@@ -277,8 +303,8 @@ Kind TouchKind() {
           "The first object, held level, lies against a level side of the second: a sphere or an upright rod "
           "touches it at a point, a lying "
           "rod along a line, a box or a hull with a face. The side of a hull must be upright to within 0.01 "
-          "rad. One smooth row for the distance and up to three for the "
-          "attitude.",
+          "rad. One smooth row for the distance, up to three for the "
+          "attitude, and four that keep the contact on the side.",
           "Paper A, eq. (8); ERRATA A2, A12, A13",
           {{"between", ParameterDoc::Type::kFramePair, true, 0, 0, 0, {}, "the tool, and what it touches"}},
           GuessTouch,

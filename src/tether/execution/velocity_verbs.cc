@@ -4,11 +4,12 @@
 #include <limits>
 
 #include "tether/constraints/field_function.h"
+#include "tether/constraints/top_grasp.h"
 #include "tether/control/objective.h"
-#include "tether/execution/top_grasp.h"
 #include "tether/execution/velocity_executive_impl.h"
 #include "tether/geometry/query.h"
 #include "tether/geometry/support.h"
+#include "tether/planning/grip_load.h"
 
 namespace tether::execution {
 namespace {
@@ -111,14 +112,16 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
     return std::nullopt;
   }
   if (grasp) return grasp;
-  std::string reason;
+  const scene::Object& object = scene.objects[static_cast<size_t>(target)];
+  constraints::GraspFlaws flaws;
   Eigen::Matrix3d R_WH = X_WH.R;
   // The other way round, after two tries: fingers need not be alike on both sides.
   if (records[static_cast<size_t>(at)].attempts > 2) R_WH.leftCols<2>() *= -1;
-  const auto found = FindTopGrasp(*model, scene.objects[static_cast<size_t>(target)].shape,
-                                  objects[static_cast<size_t>(target)].X, R_WH, &reason);
+  const auto found =
+      constraints::FindTopGrasp(*model, object.shape, objects[static_cast<size_t>(target)].X, R_WH,
+                                planning::LoadOf(object, step.schema), &flaws);
   if (!found) {
-    GiveUpAction("'" + step.schema.target + "' can't be grasped from above: " + reason);
+    GiveUpAction("'" + object.name + "' can't be grasped from above: " + flaws.Describe(object.name));
     return std::nullopt;
   }
   grasp = plan.steps[static_cast<size_t>(at)].X_TC = found->X_OH;

@@ -117,6 +117,10 @@ std::string CandidateLine(const planning::CandidateReport& candidate, int number
   if (candidate.feasible()) text += "cost " + Fixed(candidate.plan.cost, 4) + "  ";
   text += Fixed(candidate.optimize_s, 2) + " s  " + Actions(candidate);
   if (!candidate.reason.empty()) text += "\n     " + terminal.Dim(candidate.reason);
+  for (const planning::PlanStep& step : candidate.plan.steps) {
+    if (candidate.feasible() && !step.face.empty())
+      text += "\n     " + terminal.Dim(step.action + ": on " + step.face);
+  }
   return text;
 }
 

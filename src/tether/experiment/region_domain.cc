@@ -1,6 +1,7 @@
 #include "tether/experiment/region_domain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "tether/experiment/contact.h"
@@ -36,6 +37,7 @@ class LayoutFinder {
                        "a region with 'hub: true', or 'domain' and 'problem'");
     }
     FindItems();
+    FindWithin();
     layout_.groups = scene_.groups;
     for (const auto& [name, members] : scene_.groups) Declare(name);
     return std::move(layout_);
@@ -67,8 +69,12 @@ class LayoutFinder {
                          "its whole footprint in a region, and standing there");
         continue;
       }
-      held[in.front()->name].push_back(object.name);
-      layout_.items.push_back({object.name, in.front()->name});
+      RegionLayout::Item item{object.name, in.front()->name, {}};
+      for (const scene::Region* region : in) {
+        held[region->name].push_back(object.name);
+        if (region != in.front()) item.others.push_back(region->name);
+      }
+      layout_.items.push_back(std::move(item));
     }
     for (const scene::Region& region : scene_.regions) {
       const std::vector<std::string>& objects = held[region.name];
@@ -77,6 +83,26 @@ class LayoutFinder {
                        "region '" + region.name + "' holds " + std::to_string(objects.size()) + " objects, " +
                            JoinAnd(objects) + ", but has a capacity of " + std::to_string(region.capacity),
                        "no more objects than fit");
+    }
+  }
+
+  /// Of flat regions in one plane, and of what else is no higher or lower than an object may stand.
+  void FindWithin() {
+    for (const scene::Region& inner : scene_.regions) {
+      for (const scene::Region& outer : scene_.regions) {
+        if (&inner == &outer || inner.hub || outer.hub || inner.parent != outer.parent) continue;
+        const math::Pose X_OI = math::Between(outer.X_ParentRegion, inner.X_ParentRegion);
+        if (X_OI.R.col(2).dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-6 ||
+            std::abs(X_OI.p.z()) > scene::RegionFit::kHeightTolerance)
+          continue;
+        const geometry::Polygon outline = scene::OutlinePolygon(outer.form);
+        bool inside = true;
+        for (const Eigen::Vector2d& p : scene::OutlinePolygon(inner.form)) {
+          const Eigen::Vector2d q = (X_OI * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
+          inside = inside && geometry::ContainmentMargin(outline, q) > -scene::RegionFit::kOutlineTolerance;
+        }
+        if (inside) layout_.within.emplace_back(inner.name, outer.name);
+      }
     }
   }
 
@@ -140,12 +166,21 @@ class ProblemWriter {
     std::map<std::string, int> held;
     for (const RegionLayout::Item& item : layout.items) {
       Declare(item.name, "item");
-      init_ += " (in " + item.name + " " + item.region + ")";
-      ++held[item.region];
+      std::vector<std::string> in{item.region};
+      in.insert(in.end(), item.others.begin(), item.others.end());
+      for (const std::string& region : in) {
+        init_ += " (in " + item.name + " " + region + ")";
+        ++held[region];
+      }
       for (const auto& [name, members] : layout.groups) {
-        if (std::find(members.begin(), members.end(), item.region) != members.end())
+        if (std::find_first_of(members.begin(), members.end(), in.begin(), in.end()) != members.end())
           init_ += " (in " + item.name + " " + name + ")";
       }
+    }
+    if (layout.overlaps()) {
+      for (const RegionLayout::Place& region : layout.regions)
+        init_ += " (within " + region.name + " " + region.name + ")";
+      for (const auto& [inner, outer] : layout.within) init_ += " (within " + inner + " " + outer + ")";
     }
     // Regions for several objects count them down: (room r n) says that n more fit.
     for (int n = 0; most > 1 && n <= most; ++n) {
@@ -217,6 +252,40 @@ const std::string& RegionDomainText() {
         (when (and (next ?n ?m) (room ?r ?m)) (and (not (room ?r ?m)) (room ?r ?n)))))))
 )";
   return text;
+}
+
+const std::string& OverlappingDomainText() {
+  static const std::string text = [] {
+    std::string all = RegionDomainText();
+    all.replace(all.find("(last ?n - count))"), 18, "(last ?n - count)\n    (within ?r ?q - region))");
+    return all.substr(0, all.find("  (:action grasp")) + R"(  (:action grasp
+    :parameters (?o - item ?r - region)
+    :precondition (and (handempty) (at ?r) (in ?o ?r))
+    :effect (and (not (handempty)) (inhand ?o)
+      (forall (?q - region) (when (in ?o ?q) (not (in ?o ?q))))
+      (forall (?q - region) (when (and (in ?o ?q) (limited ?q)) (free ?q)))
+      (forall (?g - group) (when (in ?o ?g) (not (in ?o ?g))))
+      (forall (?q - region ?n ?m - count) (when (and (in ?o ?q) (next ?n ?m) (room ?q ?n))
+        (and (not (room ?q ?n)) (room ?q ?m))))))
+  (:action place
+    :parameters (?o - item ?r - region)
+    :precondition (and (inhand ?o) (at ?r)
+      (forall (?q - region) (imply (within ?r ?q) (or (not (limited ?q)) (free ?q)))))
+    :effect (and (not (inhand ?o)) (handempty)
+      (forall (?q - region) (when (within ?r ?q) (in ?o ?q)))
+      (forall (?q - region ?g - group) (when (and (within ?r ?q) (member ?q ?g)) (in ?o ?g)))
+      (forall (?q - region) (when (and (within ?r ?q) (limited ?q)
+        (forall (?n - count) (or (last ?n) (not (room ?q ?n))))) (not (free ?q))))
+      (forall (?q - region ?n ?m - count) (when (and (within ?r ?q) (next ?n ?m) (room ?q ?m))
+        (and (not (room ?q ?m)) (room ?q ?n)))))))
+)";
+  }();
+  return text;
+}
+
+bool RegionLayout::overlaps() const {
+  return !within.empty() ||
+         std::any_of(items.begin(), items.end(), [](const Item& item) { return !item.others.empty(); });
 }
 
 std::string RegionProblemText(const RegionLayout& layout) { return ProblemWriter(layout).Text("regions"); }
@@ -295,7 +364,9 @@ std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& s
     diagnostics.Add(mistake.where, mistake.message, mistake.accepted);
   if (!mistakes.empty()) return nullptr;
   return symbolic::ParseProblem(RegionProblemText(layout), "the scene's regions",
-                                symbolic::ParseDomain(RegionDomainText(), "the domain of regions"));
+                                symbolic::ParseDomain(
+                                    layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
+                                    "the domain of regions"));
 }
 
 }  // namespace tether::experiment

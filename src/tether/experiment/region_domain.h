@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tether/common/error.h"
@@ -19,12 +20,18 @@ struct RegionLayout {
   };
   struct Item {
     std::string name;
-    std::string region;  ///< Where it is at the start.
+    std::string region;  ///< Where it is at the start: where it is grasped, if it is in several.
+    std::vector<std::string> others = {};  ///< The other regions that it is in then.
   };
   std::string hub;  ///< Where the hand is at the start; it connects all regions.
   std::vector<Place> regions;
   std::vector<Item> items;
   std::map<std::string, std::vector<std::string>> groups;
+  /// (r, q): r lies within q, so that what is placed in r is in q too.
+  std::vector<std::pair<std::string, std::string>> within = {};
+
+  /// Some object is or may come to be in several regions.
+  bool overlaps() const;
 };
 
 /// The text of the manipulation domain of paper B (section 3.1, after He et al., ICRA 2015), for scenes with
@@ -32,6 +39,10 @@ struct RegionLayout {
 /// region that is free. Each costs 1. An object counts as in a region, and in the groups that this belongs
 /// to, only when it is placed there.
 const std::string& RegionDomainText();
+
+/// The same actions where regions overlap: what is placed in a region is also in those around it, and needs room
+/// there; what is grasped is in no region any more.
+const std::string& OverlappingDomainText();
 
 /// The problem of a layout in that domain. The goal is empty: everything reaches it.
 std::string RegionProblemText(const RegionLayout& layout);
@@ -42,8 +53,7 @@ std::string RegionProblemText(const RegionLayout& layout);
 const std::string& PoseDomainText();
 std::string PoseProblemText(const RegionLayout& layout, int poses);
 
-/// What there is in a scene: movable objects are where geometry says; where regions overlap, an object is in
-/// the smallest that it fits.
+/// What there is in a scene: movable objects are where geometry says, where regions overlap in each that they fit.
 ///
 /// `where` says where each name of the scene was written, `task` where the task was. Adds a diagnostic for
 /// each object in no region, each region with more objects than fit, a hub that is missing or not the only

@@ -106,6 +106,30 @@ TEST_F(RegionDomainTest, PlansATemporalGoalWithoutPddl) {
   EXPECT_EQ(read.steps[3].target, "c");
 }
 
+// find regions_that_overlap.
+TEST_F(RegionDomainTest, ObjectsCountInEveryRegionThatTheyAreIn) {
+  // c is where b is, so the plate is in both, and has to go before the cup may come.
+  const std::string same = Replaced(kScene, "c: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.2, 0]}}",
+                                    "c: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0, 0]}}\n"
+                                    "  d: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.3, 0]}}");
+  planning::PlanReport report = Plan(Load(same + "task: {goal: 'F in(cup,c)'}\n"));
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_THAT(report.best()->plan.actions, ::testing::Contains(HasSubstr("place(plate,d)")));
+  // What is placed in one is in the other: nothing is to be done for it.
+  report = Plan(Load(same + "task: {goal: 'F(in(plate,b) & in(plate,c))'}\n"));
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_TRUE(report.best()->plan.actions.empty());
+  EXPECT_FALSE(Plan(Load(same + "task: {goal: 'F(in(plate,b) & !in(plate,c))'}\n")).ok());
+
+  // Siblings: three, and one inside of a larger one for two.
+  const std::string nested = Replaced(kScene, "c: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.2, 0]}}",
+                                      "c: {rectangle: [0.6, 0.6], capacity: 2, pose: {position: [0.5, 0, 0]}}\n"
+                                      "  d: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.4, 0]}}");
+  report = Plan(Load(nested + "task: {goal: 'F(in(cup,d) & X F(in(cup,a) & in(cup,c)))'}\n"));
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_EQ(report.best()->plan.actions.back(), "place(cup,a)");
+}
+
 TEST_F(RegionDomainTest, EverySearchFindsTheSameCost) {
   const Scenario scenario =
       Load(kScene + "task: {goal: {ltl: 'F(in(cup,b) & in(plate,a)) & F in(cup,c)'}}\n");

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/core.h"
+#include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polytope.h"
 
 namespace tether::geometry {
@@ -16,8 +17,10 @@ namespace {
 using Eigen::Vector3d;
 using internal::Core;
 
-/// Points this near to a supporting plane lie on it, m.
-constexpr double kOnPlane = 1e-6;
+/// A plane supports what reaches beyond it by this, m: rounding of the arithmetic.
+constexpr double kSupporting = 1e-7;
+/// Corners of a facet this near to the line between their neighbours are left out, m.
+constexpr double kStraight = 1e-7;
 constexpr int kDiscVertices = 32;
 
 /// What a flat face can hang on: a corner with a ball around it, or a rim; in the shape's frame.
@@ -74,7 +77,7 @@ Vector3d CommonNormal(const Element& a, const Element& b, const Element& c, Vect
 /// No element reaches beyond the plane.
 bool IsSupporting(const std::vector<Element>& elements, const Vector3d& n, double offset) {
   return std::all_of(elements.begin(), elements.end(), [&](const Element& element) {
-    return n.dot(element.SupportPoint(n)) <= offset + 0.1 * kOnPlane;
+    return n.dot(element.SupportPoint(n)) <= offset + kSupporting;
   });
 }
 
@@ -89,7 +92,7 @@ std::vector<Vector3d> BridgingNormals(std::vector<Element> elements) {
   std::vector<Vector3d> corners;
   for (auto element = round_end; element != elements.end(); ++element) corners.push_back(element->centre);
   const HullResult made = MakeHull(corners);
-  if (made.hull && made.left_out < 0.1 * kOnPlane) {
+  if (made.hull && made.left_out < kSupporting) {
     elements.erase(round_end, elements.end());
     for (const Vector3d& p : made.hull->polytope->vertices) elements.push_back({p});
     for (const Polytope::Face& face : made.hull->polytope->faces) {
@@ -120,7 +123,15 @@ bool Flat(const Polygon& polygon) {
   if (polygon.size() < 3) return false;
   double longest = 0;
   for (const Eigen::Vector2d& p : polygon) longest = std::max(longest, (p - polygon[0]).norm());
-  return Area(polygon) > 10 * kOnPlane * longest;
+  return Area(polygon) > kInputLength * longest;
+}
+
+/// Planes through corners that are coplanar but for rounding are one face.
+bool LiesOn(const FlatFacet& facet, const FlatFacet& face) {
+  return facet.normal.dot(face.normal) > 0.9 &&
+         std::all_of(facet.points.begin(), facet.points.end(), [&](const Vector3d& p) {
+           return face.normal.dot(p) >= face.offset - kInputLength;
+         });
 }
 
 double Rounded(double x) { return std::round(x * 1e8); }
@@ -171,11 +182,11 @@ FlatFacet SupportPolygon(const Shape& shape, const Vector3d& direction) {
 
   std::vector<Eigen::Vector2d> extreme;
   const auto include = [&](const Vector3d& p) {
-    if (n.dot(p) >= facet.offset - kOnPlane) extreme.push_back(facet.Project(p));
+    if (n.dot(p) >= facet.offset - kInputLength) extreme.push_back(facet.Project(p));
   };
   for (const Element& element : Elements(shape)) {
     const Vector3d across = n - n.dot(element.axis) * element.axis;
-    if (element.rim > 0 && 2 * element.rim * across.norm() <= kOnPlane) {
+    if (element.rim > 0 && 2 * element.rim * across.norm() <= kInputLength) {
       const Vector3d u = element.axis.unitOrthogonal();
       const Vector3d v = element.axis.cross(u);
       for (int i = 0; i < kDiscVertices; ++i) {
@@ -186,7 +197,7 @@ FlatFacet SupportPolygon(const Shape& shape, const Vector3d& direction) {
       include(element.SupportPoint(n));
     }
   }
-  facet.polygon = ConvexHull(extreme, 1e-7);
+  facet.polygon = ConvexHull(extreme, kStraight);
   for (const Eigen::Vector2d& p : facet.polygon) facet.points.push_back(facet.Lift(p));
   return facet;
 }
@@ -217,7 +228,9 @@ std::vector<FlatFacet> RestingFaces(const Shape& shape, const Vector3d& centre_o
   for (const Vector3d& n : normals) {
     FlatFacet facet = SupportPolygon(shape, n);
     facet.margin = ContainmentMargin(facet.polygon, facet.Project(centre_of_mass));
-    if (Flat(facet.polygon) && facet.margin > kOnPlane) faces.push_back(facet);
+    const bool rests = Flat(facet.polygon) && facet.margin > kInputLength;
+    const auto same = [&](const FlatFacet& face) { return LiesOn(facet, face); };
+    if (rests && std::none_of(faces.begin(), faces.end(), same)) faces.push_back(facet);
   }
   std::stable_sort(faces.begin(), faces.end(), [](const FlatFacet& a, const FlatFacet& b) {
     if (Rounded(a.margin) != Rounded(b.margin)) return a.margin > b.margin;

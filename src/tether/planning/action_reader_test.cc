@@ -21,7 +21,7 @@ std::string ErrorOf(const std::string& text, const ActionReadOptions& options = 
 
 TEST(ActionReaderTest, ReadsTheShippedLibrary) {
   const std::vector<ActionSchema> actions = ReadActions(kLibrary);
-  ASSERT_EQ(actions.size(), 3u);
+  ASSERT_EQ(actions.size(), 4u);
   EXPECT_EQ(actions[0].name, "pick");
   EXPECT_THAT(actions[2].parameters, ElementsAre("a", "b", "c"));
   ASSERT_EQ(actions[2].steps.size(), 2u);

@@ -68,7 +68,10 @@ class CandidateRun {
     const auto refutation =
         NeedsWitnesses(problem_) ? RefuteByReach(facts_, steps_) : std::optional<ReachRefutation>();
     if (refutation) {
-      NoteRefutation({refutation->reason}, refutation->action_index);
+      refutations_ = {refutation->reason};
+      report_.reason = refutation->reason;
+      refuted_actions_ = static_cast<size_t>(refutation->action_index) + 1;
+      proved_ = true;
       unmoved_ = refutation->unmoved;
       Conclude();
       return std::move(report_);
@@ -92,8 +95,10 @@ class CandidateRun {
     return std::move(report_);
   }
 
-  /// After Run(): so many first actions are proved impossible; 0: none.
+  /// After Run(): so many first actions are proved impossible, or beyond the model; 0: none.
   size_t refuted_actions() const { return refuted_actions_; }
+  /// After Run(): the last of these is so whatever comes before it.
+  bool refuted_anywhere() const { return refuted_anywhere_; }
   /// After Run(): the last of these is impossible as long as nothing moves one of these objects.
   const std::vector<std::string>& unmoved() const { return unmoved_; }
   /// After Run(): the best that was accepted; null: nothing.
@@ -145,7 +150,7 @@ class CandidateRun {
   bool Try(const Way& way, KeyPoseProgram& key_poses) {
     // Rows may refute what the guess did not.
     if (!key_poses.refutations.empty()) {
-      NoteRefutation(key_poses.refutations, key_poses.refuted_action);
+      NoteRefutation(DescribeWay(facts_, way.variant, key_poses));
       return false;
     }
     all_refuted_ = false;
@@ -196,7 +201,7 @@ class CandidateRun {
     const Ways ways = FindWays(facts_, steps_, kLookedAt, limits_);
     exhausted_ = ways.exhausted;
     for (const Way& way : ways.refuted) {
-      NoteRefutation(way.refutations, way.refuted_action);
+      NoteRefutation(way);
       if (refuted_actions_ > 0) return;
     }
     int count = 0;
@@ -216,11 +221,14 @@ class CandidateRun {
     if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
   }
 
-  void NoteRefutation(const std::vector<std::string>& refutations, int refuted_action) {
-    refutations_.insert(refutations_.end(), refutations.begin(), refutations.end());
-    if (refuted_action < 0) return;
-    refuted_actions_ = static_cast<size_t>(refuted_action) + 1;
-    report_.reason = refutations.front();
+  void NoteRefutation(const Way& way) {
+    refutations_.insert(refutations_.end(), way.refutations.begin(), way.refutations.end());
+    constant_proof_ = constant_proof_ || way.constant_proof;
+    if (way.refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(way.refuted_action) + 1;
+    refuted_anywhere_ = way.refuted_anywhere;
+    proved_ = way.refuted_proved;
+    report_.reason = way.refuted_reason;
   }
 
   /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
@@ -283,7 +291,7 @@ class CandidateRun {
     if (!least_violation_ || violation < *least_violation_ ||
         (violation == *least_violation_ && check.cost < report_.plan.cost)) {
       least_violation_ = violation;
-      ReportKeyPoses(problem_, actions_, steps_, result.x.poses, key_poses.witnesses, check, report_);
+      ReportKeyPoses(facts_, actions_, steps_, result.x.poses, key_poses.witnesses, check, report_);
       report_.trace = result.trace;
       report_.blocking.clear();
       blocking_steps_.clear();
@@ -328,7 +336,10 @@ class CandidateRun {
       report_.reason.clear();
       return;
     }
-    const bool refuted = refuted_actions_ > 0 || (all_refuted_ && !refutations_.empty() && exhausted_);
+    // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
+    // are not among them.
+    const bool refuted =
+        (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";
@@ -362,6 +373,7 @@ class CandidateRun {
   bool all_refuted_ = true;
   bool exhausted_ = false;  // All ways were looked at.
   size_t refuted_actions_ = 0;
+  bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
   std::vector<std::string> unmoved_;
 };
 
@@ -393,8 +405,9 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   verdict.report = run.Run();
   verdict.optimum = run.optimum();
   verdict.failing_actions = run.refuted_actions();
+  verdict.failing_anywhere = run.refuted_anywhere();
   verdict.unmoved = run.unmoved();
-  if (verdict.report.status == CandidateStatus::kGaveUp && !limits.Over())
+  if (verdict.report.status == CandidateStatus::kGaveUp && verdict.failing_actions == 0 && !limits.Over())
     verdict.failing_actions = FindFailingActions(facts, actions, steps, run, index, limits);
   verdict.report.optimize_s = limits.Elapsed() - begin;
   return verdict;

@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <optional>
 #include <set>
+#include <utility>
 
+#include "tether/constraints/words.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/arm_checker.h"
@@ -28,12 +30,14 @@ class Collector final : public constraints::Findings {
     step_ = step;
     action_ = action;
   }
-  void Report(const std::string& label, Unit unit, double amount) override {
+  
+ protected:
+  void Take(const std::string& label, Unit unit, double amount, std::string cause) override {
     // A test that can't be evaluated is not passed.
     const double violation = std::isfinite(amount) ? std::max(0.0, amount) : 1e9;
     double& worst = unit == Unit::kRadian ? result_.max_violation_rad : result_.max_violation_m;
     worst = std::max(worst, violation);
-    if (violation > 1e-6) result_.findings.push_back({step_, action_, label, unit, violation});
+    if (violation > 1e-6) result_.findings.push_back({step_, action_, label, unit, violation, std::move(cause)});
   }
 
  private:
@@ -49,11 +53,21 @@ bool Allowed(const StepSchema& schema, const std::string& a, const std::string& 
   return false;
 }
 
+/// "a finger of the hand", "part 2 of shelf", "can".
+std::string SaySolid(const SceneFacts& facts, const std::string& name, int part) {
+  // The palm comes first (robot::Model::HandShape); without a robot there is none.
+  const bool palm = part == 0 && facts.problem().robot.model != nullptr;
+  if (name == kHand) return palm ? "the palm of the hand" : "a finger of the hand";
+  if (!facts.ShapeOf(name)->is_compound()) return name;
+  return "part " + std::to_string(part + 1) + " of " + name;
+}
+
 }  // namespace
 
 std::string CheckResult::Worst() const {
   if (findings.empty()) return "";
   const CheckFinding& worst = findings.front();
+  if (!worst.cause.empty()) return worst.action + ": " + worst.cause;
   char text[64];
   if (worst.unit == Unit::kRadian) {
     std::snprintf(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
@@ -151,12 +165,14 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
         const geometry::Shape &shape_a = *facts.ShapeOf(a), &shape_b = *facts.ShapeOf(b);
         if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
         const geometry::Distance distance = geometry::SignedDistance(shape_a, X_WA, shape_b, X_WB);
-        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance);
+        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance, [&] { return SaySolid(facts, a, distance.part_a) + " would be " +
+                             constraints::InMillimetres(distance.distance) + " inside " +
+                             SaySolid(facts, b, distance.part_b); });
       }
     }
     const Pose X_WHand = tree.PoseAt(kHand, t, poses);
     if (problem.robot.model != nullptr)
-      collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand));
+      collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand), [&] { return SayReach(problem.robot, X_WHand); });
     if (arm && static_cast<size_t>(t) < q.size() && q[static_cast<size_t>(t)].size() > 0)
       arm->Check(tree, poses, t, X_WHand, q[static_cast<size_t>(t)], collector);
     result.X_WHand.push_back(X_WHand);

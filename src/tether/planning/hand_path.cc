@@ -1,6 +1,7 @@
 #include "tether/planning/hand_path.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace tether::planning {
 
@@ -24,6 +25,17 @@ double OutOfReach(const ActingRobot& robot, const math::Pose& X_WHand) {
   const robot::Reach& reach = robot.model->reach();
   const double distance = (robot.X_WBase.Inverse() * (X_WHand * reach.wrist_hand) - reach.centre).norm();
   return std::max(distance - reach.max, reach.min - distance);
+}
+
+std::string SayReach(const ActingRobot& robot, const math::Pose& X_WHand) {
+  const robot::Reach& reach = robot.model->reach();
+  const double distance = (robot.X_WBase.Inverse() * (X_WHand * reach.wrist_hand) - reach.centre).norm();
+  const bool near = distance < reach.min;
+  char text[96];
+  std::snprintf(text, sizeof text, "the hand would be %.1f cm %s%s",
+                100 * (near ? reach.min - distance : distance - reach.max),
+                near ? "too near to the base of " : "beyond the reach of ", robot.name.c_str());
+  return text;
 }
 
 }  // namespace tether::planning

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "tether/planning/problem.h"
@@ -18,5 +19,8 @@ HandCost CostOfHand(const Problem& problem, const std::vector<math::Pose>& X_WHa
 
 /// How far the hand at X_WHand is out of the arm's reach, m; below zero within it. Not without an arm.
 double OutOfReach(const ActingRobot& robot, const math::Pose& X_WHand);
+
+/// The same in words that follow an action: "the hand would be 3.7 cm too near to the base of panda".
+std::string SayReach(const ActingRobot& robot, const math::Pose& X_WHand);
 
 }  // namespace tether::planning

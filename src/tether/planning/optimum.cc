@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "tether/constraints/upper_face.h"
 #include "tether/planning/effort.h"
 #include "tether/planning/witness_rows.h"
 
@@ -12,12 +13,28 @@ namespace {
 
 constexpr int kClearanceRounds = 8;
 
+/// PlanStep::face.
+std::string FaceOf(const SceneFacts& facts, const BoundStep& step, const math::Pose& X_TC) {
+  const std::string &control = step.schema.control, &target = step.schema.target;
+  const geometry::Shape *object = facts.ShapeOf(control), *on = facts.ShapeOf(target);
+  const bool rests = std::any_of(step.constraints.begin(), step.constraints.end(), [](const BoundConstraint& c) {
+    return c.kind->name == "rests_on";
+  });
+  if (!rests || object == nullptr || on == nullptr || !on->is_compound()) return "";
+  const Eigen::Vector3d up = -facts.DownFace(target);
+  const std::vector<constraints::UpperFace> faces = constraints::UpperFaces(target, *on, up);
+  if (faces.size() < 2) return "";
+  const double lowest = up.dot(X_TC.p) - geometry::Support(*object, -(X_TC.R.transpose() * up));
+  return constraints::FaceAtHeight(faces, lowest).name;
+}
+
 }  // namespace
 
-void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
+void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
                     const std::vector<Witness>& witnesses, const CheckResult& check,
                     CandidateReport& report) {
+  const Problem& problem = facts.problem();
   Plan plan;
   plan.scenario = problem.title;
   plan.robot = problem.robot.name;
@@ -26,6 +43,7 @@ void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& acti
     const BoundStep& step = steps[t];
     plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, poses[t],
                           step.schema.execute});
+    plan.steps.back().face = FaceOf(facts, step, poses[t]);
     if (t < witnesses.size() && witnesses[t].found) plan.steps.back().q = witnesses[t].q;
   }
   plan.cost = check.cost;
@@ -104,7 +122,7 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
   } else {
     const CheckResult check =
         CheckKeyPoses(facts, optimum.steps, result.x.poses, JointsOf(key_poses.witnesses));
-    ReportKeyPoses(problem, optimum.actions, optimum.steps, result.x.poses, key_poses.witnesses, check,
+    ReportKeyPoses(facts, optimum.actions, optimum.steps, result.x.poses, key_poses.witnesses, check,
                    report);
     if (check.Feasible(problem.program) && AllWitnessed(facts, key_poses)) {
       report.status = CandidateStatus::kFeasible;

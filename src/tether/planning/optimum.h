@@ -20,7 +20,7 @@ struct Optimum {
 };
 
 /// Writes the plan that these key poses are, and what the checker says of it, to `report`.
-void ReportKeyPoses(const Problem& problem, const std::vector<std::string>& actions,
+void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
                     const std::vector<Witness>& witnesses, const CheckResult& check, CandidateReport& report);
 

@@ -234,6 +234,7 @@ class PlanParser {
     } else {
       ReadPoseOf(reader, step);
     }
+    step.face = reader.Text("face", "");
     if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
     if (const Value* execute = reader.Optional("execute")) {
       if (!execute->is_array()) {
@@ -314,6 +315,7 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   value.Set("control", step.control).Set(step.target_is_region ? "region" : "target", step.target);
   if (!step.target_is_region)
     value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
+  if (!step.face.empty()) value.Set("face", step.face);
   if (step.q.size() > 0) value.Set("q", Value(step.q));
   if (with_execution) {
     Value verbs = Value::Array();

@@ -10,12 +10,17 @@
 #include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
+#include "tether/planning/impossibility.h"
 #include "tether/planning/relaxed.h"
 #include "tether/planning/skeleton_source.h"
 #include "tether/planning/subsequences.h"
 
 namespace tether::planning {
 namespace {
+
+// So many states are looked at after each proof, and when nothing was found.
+constexpr size_t kFewStates = 2000;
+constexpr size_t kManyStates = 100'000;
 
 std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<int>& actions) {
   std::vector<std::string> names;
@@ -50,7 +55,7 @@ class Planner {
         subsequences_(source_.MakeProduct()) {}
 
   PlanReport Run() {
-    while (!limits_.Over() && !ended_ && !FirstIsEnough()) {
+    while (!HasEnded()) {
       const double begin = limits_.Elapsed();
       std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
@@ -74,6 +79,7 @@ class Planner {
     kPassedOver,  // not tried: what makes it needless is feasible or costs less
   };
 
+  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
   /// The plans that are wanted are there.
@@ -107,7 +113,7 @@ class Planner {
     for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
     const size_t window = static_cast<size_t>(problem_.search.threads);
     size_t ahead = 0;
-    for (size_t i = 0; i < candidates.size() && !ended_ && !limits_.Over() && !FirstIsEnough(); ++i) {
+    for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
       for (; window > 1 && ahead < candidates.size() && ahead < i + window; ++ahead) {
         Candidate& next = candidates[ahead];
         if (!IsReady(next.actions)) continue;
@@ -142,7 +148,7 @@ class Planner {
         source_.Exclude(part.actions);
         Candidate first{part.actions, candidate.index};
         DealWith(first);
-        if (ended_ || limits_.Over()) return true;
+        if (HasEnded()) return true;
       }
       const auto fate = fates_.find(part.actions);
       if (fate != fates_.end() && fate->second != Fate::kFailed) return true;
@@ -164,7 +170,7 @@ class Planner {
     const std::vector<int>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
     const bool needless = HasPlanAsPart(candidate);
-    if (ended_ || limits_.Over()) return;
+    if (HasEnded()) return;
     if (needless || (!in_any_order && IsOtherOrder(actions))) {
       PassOver(actions, needless);
       return;
@@ -278,6 +284,8 @@ class Planner {
     conflict.reason = verdict.report.reason;
     source_.AddConflict(conflict);
     conflicts_.push_back(std::move(conflict));
+    impossible_ = costs_.empty() && conflicts_.back().kind == task::Conflict::Kind::kProved &&
+                  NoSequenceIsLeft(task_, problem_.goal, conflicts_, kFewStates, limits_);
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
@@ -325,6 +333,7 @@ class Planner {
   int passed_over_ = 0;          // since the last candidate
   bool ended_ = false;           // Other candidates may be left.
   std::vector<task::Conflict> conflicts_;
+  bool impossible_ = false;  // What is proved rules out every sequence.
   std::vector<std::vector<std::string>>
       moved_by_;  // The frames that each ground action moves; filled when asked for.
   PlanReport report_;
@@ -359,9 +368,12 @@ void Planner::Conclude() {
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   const bool greedy = problem_.search.method == SearchMethod::kGreedy;
   const bool best_is_first = problem_.search.cheapest_only && !greedy && Enough();
-  report_.complete = best_is_first || (!limits_.Over() && !ended_ && report_.other_orders == 0 &&
-                                       !FirstIsEnough() &&
-                                       (all_seen || ended == task::SearchStatus::kDepthLimit));
+  // What a limit on the length cut short may be no sequence at all.
+  impossible_ = impossible_ || (costs_.empty() && !all_seen && !limits_.Over() &&
+                                NoSequenceIsLeft(task_, problem_.goal, conflicts_, kManyStates, limits_));
+  report_.complete = impossible_ || best_is_first ||
+                     (!limits_.Over() && !ended_ && report_.other_orders == 0 && !FirstIsEnough() &&
+                      (all_seen || ended == task::SearchStatus::kDepthLimit));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
@@ -370,15 +382,19 @@ void Planner::Conclude() {
     if (!report_.complete) report_.message = WhyIncomplete();
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
-  } else if (all_seen && all_proved) {
+  } else if (impossible_ || (all_seen && all_proved)) {
     report_.status = PlanStatus::kImpossible;
     if (source_.search().product().IsUnsatisfiable()) {
       report_.message = task::kUnsatisfiable;
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      report_.message =
-          "every sequence of actions is geometrically impossible: " + report_.candidates.front().reason;
+      const auto proved = std::find_if(
+          report_.candidates.begin(), report_.candidates.end(),
+          [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+      report_.message = proved == report_.candidates.end()
+                            ? "no sequence of actions reaches the goal"
+                            : "every sequence of actions is geometrically impossible: " + proved->reason;
     }
   } else {
     report_.status = PlanStatus::kGaveUp;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tether/constraints/path_length.h"
 #include "tether/planning/chain_residual.h"
@@ -37,7 +38,7 @@ class ProgramSink final : public constraints::RowSink {
     for (const FrameAt& frame : frames) chains.push_back(target_.tree.ChainTo(frame.frame, frame.step));
     auto residual = MakeChainResidual(action_ + ": " + label, step_, std::move(function), std::move(chains));
     if (residual->blocks().empty()) {
-      RefuteIfViolated(*residual, role);
+      RefuteIfViolated(*residual, role, label);
       return;
     }
     target_.program.Add(std::move(residual), role);
@@ -45,28 +46,45 @@ class ProgramSink final : public constraints::RowSink {
   void Exempt(int step, const std::string& a, const std::string& b, int part_a) override {
     exemptions_.push_back({step, a, b, part_a});
   }
-  void Refute(const std::string& reason) override {
-    RefuteVariant(reason);
-    if (target_.refuted_action < 0) target_.refuted_action = action_index_;
-  }
+  void Refute(const std::string& reason) override { Fail(reason, true, true); }
+  void Decline(const std::string& reason) override { Fail("not modelled: " + reason, false, true); }
+  /// Whatever the variant, but perhaps not after other actions.
+  void RefuteHere(const std::string& reason) { Fail(reason, true, false); }
+  /// Rows from now on are margins of the planner's own, which prove nothing.
+  void BeginMargins() { margins_ = true; }
 
  private:
-  void RefuteVariant(const std::string& reason) {
+  void Fail(const std::string& reason, bool proved, bool anywhere) {
+    NoteRefutation(reason);
+    // A proof counts more than what comes before it.
+    if (target_.refuted_action >= 0 && (target_.refuted_proved || !proved)) return;
+    target_.refuted_action = action_index_;
+    target_.refuted_reason = action_ + ": " + reason;
+    target_.refuted_proved = proved;
+    target_.refuted_anywhere = anywhere;
+  }
+
+  void NoteRefutation(const std::string& reason) {
     const std::string text = action_ + ": " + reason;
     auto& all = target_.refutations;
     if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
   }
 
   /// A row without variables either holds or can't be made to.
-  void RefuteIfViolated(const nlp::Residual& residual, Role role) {
+  void RefuteIfViolated(const nlp::Residual& residual, Role role, const std::string& label) {
     if (role == Role::kCost) return;
     Eigen::VectorXd r(residual.size());
     nlp::Point nothing;
     nothing.parameters = target_.tree.parameters();
     residual.Evaluate(nothing, r, nullptr);
     const double violation = role == Role::kEquality ? r.cwiseAbs().maxCoeff() : r.maxCoeff();
-    if (violation > 1e-3)
-      RefuteVariant(residual.name() + " can't be changed and is off by " + std::to_string(violation));
+    if (violation <= 1e-3) return;
+    const char* unit = residual.unit() == nlp::Unit::kRadian ? "rad" : "m";
+    char text[48];
+    std::snprintf(text, sizeof text, " is off by %.3f %s, and nothing moves there", violation, unit);
+    target_.constant_proof =
+        (target_.refutations.empty() || target_.constant_proof) && target_.choices.empty() && !margins_;
+    NoteRefutation(label + text);
   }
 
   KeyPoseProgram& target_;
@@ -75,6 +93,7 @@ class ProgramSink final : public constraints::RowSink {
   int step_ = 0;
   std::string action_;
   int action_index_ = -1;
+  bool margins_ = false;
 };
 
 void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
@@ -135,7 +154,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{FrameTree(problem.scene, problem.robot.X_WHand), {}, {}, {}, {}, -1, {}};
+  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand), .program = {}, .guess = {}, .choices = {}, .refutations = {}, .clearances = {}};
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions, !start.guess_only);
 
@@ -160,7 +179,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     const Pose X_TC =
         math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
     if (!out.tree.AddStep(control, target)) {
-      sink.Refute(target + " hangs on " + control + " and can't carry it");
+      sink.RefuteHere(target + " hangs on " + control + " and can't carry it");
       return out;
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);
@@ -180,6 +199,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   }
   const int num_steps = static_cast<int>(steps.size());
   if (start.guess_only) return out;
+  sink.BeginMargins();
   AddReach(problem, num_steps, steps, sink);
   out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
   AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);

@@ -32,9 +32,16 @@ struct KeyPoseProgram {
   nlp::Program program;
   nlp::Point guess;                      ///< One pose per step: of its control frame in its target.
   std::vector<ChoicePoint> choices;      ///< In the order in which they were met.
-  std::vector<std::string> refutations;  ///< Why no pose can do; empty unless proved impossible.
-  /// The first action that is impossible after those before it, whatever the variant; −1: none.
+  /// Why there is no use in looking for poses in this variant; empty if there is.
+  std::vector<std::string> refutations;
+  /// The action that fails whatever the variant; −1: none.
   int refuted_action = -1;
+  /// Of that action: why, whether that is a proof (else it is beyond the model), and whether it fails whatever
+  /// comes before it.
+  std::string refuted_reason = {};
+  bool refuted_proved = false, refuted_anywhere = false;
+  /// Every refutation is a row that the poses of the start break, and no choice bears on it.
+  bool constant_proof = false;
   std::optional<Clearances> clearances;  ///< Of the program; none if it has no rows.
   /// Of the arm, per key pose, at the poses that the program was last solved for; empty without an arm.
   std::vector<Witness> witnesses = {};

@@ -8,9 +8,11 @@
 #include <utility>
 #include <variant>
 
+#include "tether/constraints/top_grasp.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polygon.h"
 #include "tether/geometry/support.h"
+#include "tether/planning/grip_load.h"
 #include "tether/planning/skeleton_binding.h"
 #include "tether/scene/region.h"
 
@@ -29,21 +31,25 @@ std::string Millimetres(double metres) {
   return text;
 }
 
-/// The projection of an object on a region's plane, both as they are at the start.
-geometry::Polygon Footprint(const scene::Scene& scene, const scene::Object& object,
-                            const scene::Region& region) {
-  const math::Pose X_RO = math::Between(scene.InitialPose(region.name), scene.InitialPose(object.name));
+/// The projection of an object in this attitude on a region's plane.
+geometry::Polygon Footprint(const scene::Object& object, const Eigen::Matrix3d& R_RO) {
   std::vector<Vector2d> points;
   for (int i = 0; i < kDirections; ++i) {
     const double angle = 2 * std::numbers::pi * i / kDirections;
     const Vector3d d_R(std::cos(angle), std::sin(angle), 0);
-    points.push_back((X_RO * geometry::SupportPoint(object.shape, X_RO.R.transpose() * d_R)).head<2>());
+    points.push_back((R_RO * geometry::SupportPoint(object.shape, R_RO.transpose() * d_R)).head<2>());
   }
   return geometry::ConvexHull(std::move(points));
 }
 
-/// Why no pose of the controlled frame in the region will do; empty if nothing is known against it.
-std::string WhyNot(const Problem& problem, const StepSchema& step) {
+/// What speaks against an action, and whether nothing can be done about it.
+struct Objection {
+  std::string reason;  // empty: nothing
+  bool proved = false;
+};
+
+/// Why no pose of the controlled frame in the region will do.
+Objection WhyNot(const Problem& problem, const StepSchema& step) {
   const scene::Region& region = *problem.scene.FindRegion(step.target);
   const scene::Object* object = problem.scene.FindObject(step.control);
   const geometry::Polygon outline = scene::OutlinePolygon(region.form);
@@ -51,22 +57,49 @@ std::string WhyNot(const Problem& problem, const StepSchema& step) {
     geometry::Polygon roomy;
     for (const Vector2d& corner : outline)
       roomy.push_back(corner + scene::RegionFit::kOutlineTolerance * std::sqrt(2) * corner.normalized());
-    if (!geometry::FitsInside(Footprint(problem.scene, *object, region), roomy)) {
-      return "the footprint of '" + object->name + "' does not fit into '" + region.name + "'";
+    const auto fits = [&](const Eigen::Matrix3d& R_RO) {
+      return geometry::FitsInside(Footprint(*object, R_RO), roomy).has_value();
+    };
+    const Eigen::Matrix3d R_RO =
+        math::Between(problem.scene.InitialPose(region.name), problem.scene.InitialPose(object->name)).R;
+    if (!fits(R_RO)) {
+      const std::string reason =
+          "the footprint of '" + object->name + "' does not fit into '" + region.name + "'";
+      // Nobody turns things over, but they might be.
+      for (const geometry::FlatFacet& face :
+           geometry::RestingFaces(object->shape, geometry::CentreOfMass(object->shape))) {
+        const Vector3d down = -Vector3d::UnitZ();
+        if (fits(Eigen::Quaterniond::FromTwoVectors(face.normal, down).toRotationMatrix()))
+          return {"not modelled: " + reason + " as it stands, but would on another side", false};
+      }
+      return {reason, true};
     }
   }
-  if (problem.robot.model == nullptr) return "";
+  if (problem.robot.model == nullptr) return {};
   // A bound, whatever the height: from the column over the region's outline to the shoulder.
-  const robot::Reach& reach = problem.robot.model->reach();
+  const robot::OuterReach& reach = problem.robot.model->outer_reach();
   const Vector3d p_RS =
       scene::RegionPose(problem.scene, {}, region).Inverse() * (problem.robot.X_WBase * reach.centre);
   double extent = 0;
   for (const Vector2d& corner : outline) extent = std::max(extent, corner.norm());
-  double length = reach.max + reach.wrist_hand.norm();
-  if (object != nullptr) length += geometry::BoundingRadius(object->shape);
+  double length = reach.radius + reach.p_HW.norm();
+  if (object != nullptr) length += 2 * geometry::BoundingRadius(object->shape);
   const double missing = p_RS.head<2>().norm() - extent - length;
-  if (missing <= 0) return "";
-  return "'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing);
+  if (missing <= 0) return {};
+  return {"'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing), true};
+}
+
+/// Why the hand can't take what a step without a key pose leaves to the executive, which asks the same.
+Objection WhyNotGrasped(const Problem& problem, const StepSchema& step) {
+  const scene::Object* object = problem.scene.FindObject(step.target);
+  if (problem.robot.model == nullptr || step.control != constraints::kHand || object == nullptr) return {};
+  constraints::GraspFlaws flaws;
+  if (constraints::FindTopGrasp(*problem.robot.model, object->shape, problem.scene.InitialPose(object->name),
+                                problem.robot.X_WHand.R, LoadOf(*object, step), &flaws))
+    return {};
+  const std::string reason =
+      "'" + object->name + "' can't be grasped from above: " + flaws.Describe(object->name);
+  return {flaws.proved() ? reason : "not modelled: " + reason, flaws.proved()};
 }
 
 /// Why the arm will hardly do: it is too short for a hand that points straight down where the region is.
@@ -121,6 +154,7 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
     const auto [steps, fresh] = known.try_emplace(actions[i]);
     if (fresh) {
       std::string reason;
+      std::vector<std::string> unmoved;
       CandidateStatus status = CandidateStatus::kInfeasible;
       if (const ActionSchema* schema = FindSchema(problem, actions[i]); schema && !IsRelaxed(*schema)) {
         Verdict alone = OptimizeCandidate(facts, {actions[i]}, index, limits);
@@ -129,6 +163,13 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
         } else {
           status = alone.report.status;
           reason = alone.report.reason;
+          // From where things are at the start: not after something has moved them.
+          unmoved = alone.unmoved;
+          const bool moved_before = std::any_of(
+              report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
+                return std::find(unmoved.begin(), unmoved.end(), step.control) != unmoved.end();
+              });
+          if (moved_before) status = CandidateStatus::kGaveUp;
         }
         report.evaluations += alone.report.evaluations;
         report.max_violation_m = std::max(report.max_violation_m, alone.report.max_violation_m);
@@ -141,11 +182,12 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
           bare.target = step.schema.target;
           bare.target_is_region = step.schema.target_is_region;
           bare.execute = step.schema.execute;
-          if (!step.schema.target_is_region || !reason.empty()) continue;
-          reason = WhyNot(problem, step.schema);
           if (!reason.empty()) continue;
-          reason = WhyHardly(problem, step.schema);
-          if (!reason.empty()) status = CandidateStatus::kGaveUp;
+          const Objection objection = step.schema.target_is_region ? WhyNot(problem, step.schema)
+                                                                   : WhyNotGrasped(problem, step.schema);
+          reason = objection.reason;
+          if (reason.empty() && step.schema.target_is_region) reason = WhyHardly(problem, step.schema);
+          if (!reason.empty() && !objection.proved) status = CandidateStatus::kGaveUp;
         }
       }
       if (!reason.empty() || status == CandidateStatus::kGaveUp) {
@@ -153,7 +195,8 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
         report.reason = reason.starts_with(actions[i]) ? reason : actions[i] + ": " + reason;
         report.plan.steps.clear();
         verdict.failing_actions = limits.Over() ? 0 : i + 1;
-        verdict.failing_anywhere = true;
+        verdict.failing_anywhere = unmoved.empty();
+        verdict.unmoved = std::move(unmoved);
         break;
       }
     }

@@ -1,6 +1,8 @@
 #include "tether/planning/step_context.h"
 
+#include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "tether/geometry/support.h"
 
@@ -62,6 +64,7 @@ StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& progr
       program_memo_(program_memo),
       tree_(tree),
       poses_(poses),
+      bound_(bound),
       step_(step),
       control_(bound.schema.control),
       target_(bound.schema.target),
@@ -69,6 +72,25 @@ StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& progr
   for (const BoundConstraint& constraint : bound.constraints) {
     if (constraint.kind->name == "graspable") approach_ = constraint.parameters.Text("approach");
   }
+}
+
+std::optional<double> StepContext::grip_force(const std::string& object) const {
+  std::optional<double> force;
+  for (const Verb& verb : bound_.schema.execute) {
+    const auto* gripper = std::get_if<GripperVerb>(&verb);
+    if (gripper != nullptr && gripper->close_on == object) force = std::max(force.value_or(0), gripper->force);
+  }
+  return force;
+}
+
+std::optional<double> StepContext::grip_margin(const std::string& object) const {
+  for (const BoundConstraint& constraint : bound_.constraints) {
+    if (constraint.kind->name != "inside" || constraint.parameters.Text("of") != object) continue;
+    const std::string& frame = constraint.parameters.Text("frame");
+    if (frame == constraints::kHand || (frame == constraints::kMoved && control_ == constraints::kHand))
+      return constraint.parameters.Number("margin");
+  }
+  return std::nullopt;
 }
 
 Eigen::Vector3d StepContext::DownFace(const std::string& object) const {

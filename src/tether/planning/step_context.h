@@ -62,6 +62,8 @@ class StepContext final : public constraints::Context {
   std::string ParentOf(const std::string& object) const override { return tree_.ParentAt(object, step_); }
   Eigen::Vector3d DownFace(const std::string& object) const override;
   const std::string& approach() const override { return approach_; }
+  std::optional<double> grip_force(const std::string& object) const override;
+  std::optional<double> grip_margin(const std::string& object) const override;
   int Choose(const std::string& key, const std::vector<constraints::Option>& options) const override {
     return chooser_(key, options);
   }
@@ -73,6 +75,7 @@ class StepContext final : public constraints::Context {
   const constraints::Memo& program_memo_;
   const FrameTree& tree_;
   const std::vector<math::Pose>& poses_;
+  const BoundStep& bound_;
   int step_;
   std::string control_, target_, approach_ = "down";
   Chooser chooser_;

@@ -40,7 +40,16 @@ std::vector<Variant> Neighbours(const Way& way) {
 }  // namespace
 
 Way DescribeWay(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses) {
-  Way way{variant, key_poses.choices, 0, false, key_poses.refutations, key_poses.refuted_action};
+  Way way{variant,
+          key_poses.choices,
+          0,
+          false,
+          key_poses.refutations,
+          key_poses.refuted_action,
+          key_poses.refuted_reason,
+          key_poses.refuted_proved,
+          key_poses.refuted_anywhere,
+          key_poses.constant_proof};
   if (!way.refutations.empty()) return way;
   const Problem& problem = facts.problem();
   std::vector<math::Pose> X_WHand;

@@ -16,8 +16,10 @@ struct Way {
   /// What the guess costs (paper A, eq. (4)), and a charge for how far it is out of the arm's reach.
   double promise = 0;
   bool promising = true;  ///< Little turning, nothing far out of reach: likely to be the best way.
-  std::vector<std::string> refutations;  ///< Why no pose can do in this way; else empty.
-  int refuted_action = -1;               ///< As in KeyPoseProgram.
+  std::vector<std::string> refutations;  ///< Why no pose is looked for in this way; else empty.
+  int refuted_action = -1;               ///< This and what follows as in KeyPoseProgram.
+  std::string refuted_reason = {};
+  bool refuted_proved = false, refuted_anywhere = false, constant_proof = false;
 };
 
 /// What the guess of a program says of the way that it was built in.

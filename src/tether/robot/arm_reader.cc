@@ -238,6 +238,21 @@ std::vector<geometry::Part> ReadFingers(const Model& robot, const mjModel* model
   return parts;
 }
 
+std::optional<double> ReadPadFriction(const mjModel* model, const std::vector<int>& fingers) {
+  std::optional<double> friction;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->geom_contype[geom] == 0 && model->geom_conaffinity[geom] == 0) continue;
+    for (int body = model->geom_bodyid[geom]; body > 0; body = model->body_parentid[body]) {
+      const bool finger = std::any_of(fingers.begin(), fingers.end(),
+                                      [&](int joint) { return model->jnt_bodyid[joint] == body; });
+      if (!finger) continue;
+      friction = std::max(friction.value_or(0), model->geom_friction[3 * geom]);
+      break;
+    }
+  }
+  return friction;
+}
+
 std::vector<std::pair<int, int>> PairsToCheck(const std::shared_ptr<const Model>& model,
                                               const std::vector<std::pair<int, int>>& excluded) {
   const ArmSolids& solids = model->solids();

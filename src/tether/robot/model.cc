@@ -337,6 +337,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
                              root.Find("hand")->where(), diagnostics);
   diagnostics.ThrowIfAny();
 
+  impl->gripper.pad_friction = ReadPadFriction(model, finger_ids).value_or(impl->gripper.pad_friction);
   ArmDescription arm = ReadArm(model, joint_ids, finger_ids, impl->site_id);
   for (const std::string& problem : arm.problems) {
     diagnostics.Add(root.Find("joints")->where(), problem,

@@ -24,6 +24,7 @@ struct Gripper {
   double pad_half_height = 0;  ///< Half the pad's extent along z, m.
   double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
   double max_force = 0;        ///< N at each pad.
+  double pad_friction = 0.8;   ///< Coulomb coefficient: the greatest of the fingers' geoms in the MJCF file.
   /// Per finger that turns on a hinge; empty for fingers that slide.
   std::vector<double> open, closed;    ///< rad, at `max_opening` and at an opening of zero
   std::vector<double> closing_torque;  ///< Nm, at `max_force`

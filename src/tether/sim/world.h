@@ -19,7 +19,8 @@ struct WorldOptions {
 /// A physics world built from a scene: rigid bodies, arms, grasping by friction (nothing is ever glued).
 /// Deterministic: the same scene and the same commands give the same motion, bit for bit.
 ///
-/// Bodies have uniform density. Where two surfaces meet, the greater of their friction coefficients counts.
+/// Bodies have uniform density. Where two surfaces meet, the lesser of their friction coefficients counts
+/// (scene::PairFriction).
 /// Fixed objects and robot bases may overlap one another. Stepping and the in-place queries allocate nothing.
 class World : public robot::Interface {
  public:

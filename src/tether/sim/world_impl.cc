@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <iterator>
+#include <set>
 #include <utility>
 
 #include <mujoco/mujoco.h>
@@ -217,6 +220,14 @@ void World::Impl::FindIds() {
         owner[body] = static_cast<int>(objects.size() + r);
       }
     }
+  }
+  // MuJoCo takes the greater of two coefficients, but those of the geom that goes first where they differ in that.
+  // The slipperier goes first (scene::PairFriction).
+  std::set<double, std::greater<>> frictions;
+  for (int geom = 0; geom < model->ngeom; ++geom) frictions.insert(model->geom_friction[3 * geom]);
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const auto rank = frictions.find(model->geom_friction[3 * geom]);
+    model->geom_priority[geom] = static_cast<int>(std::distance(frictions.begin(), rank));
   }
   // What is fixed never collides with what is fixed: tables stand under robot bases, shelves on tables. A
   // robot's own masks, where it has any, are left alone.

@@ -10,6 +10,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/random.h"
+#include "tether/scene/friction.h"
 #include "tether/sim/test_scenes.h"
 
 namespace {
@@ -90,6 +91,27 @@ TEST(WorldTest, FrictionIsCoulombs) {
       const double acceleration = 9.81 * (std::sin(slope) - 0.4 * std::cos(slope));
       EXPECT_NEAR(slid, acceleration / 2, 0.1 * acceleration);
     }
+  }
+}
+
+// find friction_max: whichever of the two surfaces is the slippery one, and whatever the other is.
+TEST(WorldTest, WhatHasNoFrictionSlidesOnEverything) {
+  for (const auto& [box_friction, plane_friction] : {std::pair{0.0, 0.8}, {0.8, 0.0}, {0.8, 0.8}, {0.4, 1.2}}) {
+    scene::Scene scene;
+    const Eigen::Matrix3d R = math::RotationFromRpy({0, 0.3, 0});
+    for (auto object : {MakeObject("plane", geometry::Box{{4, 1, 0.1}}, R * Eigen::Vector3d(0, 0, -0.05)),
+                        MakeObject("box", geometry::Box{kCube}, R * Eigen::Vector3d(0, 0, 0.025), 0.1)}) {
+      object.friction = object.movable() ? box_friction : plane_friction;
+      object.X_ParentObject.R = R;
+      scene.objects.push_back(object);
+    }
+    World world(scene, {});
+    RunFor(&world, 1.0);
+    const double slid = (PoseOf(world, "box").p - R * Eigen::Vector3d(0, 0, 0.025)).norm();
+    const double friction = scene::PairFriction(box_friction, plane_friction);
+    const double acceleration = 9.81 * (std::sin(0.3) - friction * std::cos(0.3));
+    EXPECT_NEAR(slid, std::max(0.0, acceleration / 2), 0.1 * std::max(0.01, acceleration))
+        << box_friction << " on " << plane_friction;
   }
 }
 

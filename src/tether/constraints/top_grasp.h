@@ -3,11 +3,12 @@
 #include <optional>
 #include <string>
 
+#include "tether/constraints/part_grasps.h"
 #include "tether/geometry/shape.h"
 #include "tether/math/pose.h"
 #include "tether/robot/model.h"
 
-namespace tether::execution {
+namespace tether::constraints {
 
 /// A grasp from straight above, for plans that leave it open: the hand's z axis points down in the world, the
 /// fingers close where the object is narrowest, turned the way round that is nearer to the hand now.
@@ -16,12 +17,11 @@ struct TopGrasp {
   double width = 0;  ///< Between the fingers, m.
 };
 
-/// None if the object is nowhere as narrow as the gripper takes; `reason`, if given, then says why. The hand
-/// stands as deep as the palm allows with `palm_clearance` (m), but the fingers stay `foot_clearance` above
-/// the object's foot.
+/// None if there is none (GraspsOfPart); `flaws`, if given, then says why. The hand stands as deep as the palm allows
+/// with `palm_clearance` (m), but the fingers stay `foot_clearance` above the object's foot.
 std::optional<TopGrasp> FindTopGrasp(const robot::Model& model, const geometry::Shape& shape,
                                      const math::Pose& X_WO, const Eigen::Matrix3d& R_WH,
-                                     std::string* reason = nullptr, double palm_clearance = 0.015,
-                                     double foot_clearance = 0.015);
+                                     const Load& load = {}, GraspFlaws* flaws = nullptr,
+                                     double palm_clearance = 0.015, double foot_clearance = 0.015);
 
-}  // namespace tether::execution
+}  // namespace tether::constraints

@@ -1,4 +1,4 @@
-#include "tether/execution/top_grasp.h"
+#include "tether/constraints/top_grasp.h"
 
 #include <cmath>
 #include <numbers>
@@ -9,7 +9,7 @@
 #include "tether/geometry/polytope.h"
 #include "tether/geometry/support.h"
 
-namespace tether::execution {
+namespace tether::constraints {
 namespace {
 
 using Eigen::Vector3d;
@@ -49,11 +49,12 @@ TEST(TopGraspTest, HullsAreHeldByOppositeSides) {
 
 TEST(TopGraspTest, WhatIsTooWideIsSaid) {
   const auto model = robot::Model::Load("j2n6s300");
-  std::string reason;
+  GraspFlaws flaws;
   EXPECT_FALSE(FindTopGrasp(*model, Prism(6, 0.08, 0.1), Pose(Vector3d(0.4, 0, 0.05)),
-                            math::RotationFromRpy({std::numbers::pi, 0, 0}), &reason));
-  EXPECT_THAT(reason, ::testing::HasSubstr("8.0 cm wide"));
+                            math::RotationFromRpy({std::numbers::pi, 0, 0}), {}, &flaws));
+  EXPECT_THAT(flaws.Describe("prism"), ::testing::HasSubstr("prism is 8.0 cm wide"));
+  EXPECT_TRUE(flaws.proved());
 }
 
 }  // namespace
-}  // namespace tether::execution
+}  // namespace tether::constraints

@@ -1,0 +1,5 @@
+(define (problem press-the-button)
+  (:domain press)
+  (:objects table - support  stick - stick  button - button)
+  (:init (on stick table))
+  (:goal (and (pressed button) (on stick table))))
