@@ -174,9 +174,10 @@ class CandidateRun {
   /// Where several objects come onto one support: from places for all of them that were found together, the
   /// best of a few that are feasible.
   void TryArrangements(const Variant& variant) {
+    if (!Packing::IsNeeded(steps_)) return;
     const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
+    if (!guess.refutations.empty()) return;
     const Packing packing(facts_, steps_, guess);
-    if (!guess.refutations.empty() || !packing.IsNeeded()) return;
     // With less clearance the places that each found by itself may do.
     if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return;
     int feasible_ones = 0;

@@ -46,7 +46,9 @@ Pose Aligned(const Pose& X_WO, const Pose& X_WS, int quarter) {
 }  // namespace
 
 Packing::Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess)
-    : facts_(facts), steps_(steps), guess_(guess) {
+    : facts_(facts), guess_(guess), groups_(FindGroups(steps)) {}
+
+std::vector<Packing::Group> Packing::FindGroups(const std::vector<BoundStep>& steps) {
   std::vector<Group> all;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
@@ -65,9 +67,8 @@ Packing::Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, c
     if (group == all.end()) group = all.insert(all.end(), {step.schema.target, {}});
     group->placings.push_back({t, pick, step.schema.control});
   }
-  for (Group& group : all) {
-    if (group.placings.size() >= kFewest) groups_.push_back(std::move(group));
-  }
+  std::erase_if(all, [](const Group& group) { return group.placings.size() < kFewest; });
+  return all;
 }
 
 std::optional<Packing::Arrangement> Packing::Arrange(int attempt, const Random& random) const {

@@ -24,7 +24,7 @@ class Packing {
   Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess);
 
   /// Whether some support takes enough objects.
-  bool IsNeeded() const { return !groups_.empty(); }
+  static bool IsNeeded(const std::vector<BoundStep>& steps) { return !FindGroups(steps).empty(); }
   struct Arrangement {
     std::map<int, math::Pose> placed;  ///< Key poses by step: of what is put down, and of raised grasps.
     bool tight = false;                ///< There is not the room that carried objects should keep.
@@ -49,6 +49,7 @@ class Packing {
     bool aligned;      // with the support's edges, not as they came
   };
 
+  static std::vector<Group> FindGroups(const std::vector<BoundStep>& steps);
   bool ArrangeGroup(const Group& group, const Fit& fit, Random& random, std::map<int, math::Pose>& poses,
                     std::map<std::string, math::Pose>& X_W) const;
   /// Places in the support's plane, in the order in which they are tried, m.
@@ -62,7 +63,6 @@ class Packing {
   math::Pose PoseOf(const std::string& solid, int step, const std::map<std::string, math::Pose>& X_W) const;
 
   const SceneFacts& facts_;
-  const std::vector<BoundStep>& steps_;
   const KeyPoseProgram& guess_;
   std::vector<Group> groups_;
 };
