@@ -111,21 +111,42 @@ bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose&
   return true;
 }
 
-/// Distance from the object at X_BA to the nearest thing that does not carry it, m.
-double RoomAround(const Context& context, const std::string& object, const std::string& by,
-                  const Pose& X_BA) {
-  const int before = context.step() - 1;
-  const Pose X_WA = context.PoseAt({by, before}) * X_BA;
-  double room = std::numeric_limits<double>::infinity();
-  for (const scene::Object& other : context.scene().objects) {
-    if (other.name == object || other.name == by) continue;
-    const Pose X_WOther = context.PoseAt({other.name, before});
-    if (geometry::DistanceLowerBound(*context.ShapeOf(object), X_WA, other.shape, X_WOther) >= room) continue;
-    room = std::min(room,
-                    geometry::SignedDistance(*context.ShapeOf(object), X_WA, other.shape, X_WOther).distance);
+/// What stands around when an object is put down, but for what carries it.
+class Surroundings {
+ public:
+  Surroundings(const Context& context, const std::string& object, const std::string& by)
+      : shape_(*context.ShapeOf(object)), X_WB_(context.PoseAt({by, context.step() - 1})) {
+    for (const scene::Object& other : context.scene().objects) {
+      if (other.name == object || other.name == by) continue;
+      const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+      others_.push_back({&other.shape, X_WOther, geometry::BoundingBox(other.shape, X_WOther)});
+    }
   }
-  return room;
-}
+
+  /// Distance from the object at X_BA to the nearest thing, m.
+  double RoomAround(const Pose& X_BA) const {
+    const Pose X_WA = X_WB_ * X_BA;
+    const geometry::Aabb box = geometry::BoundingBox(shape_, X_WA);
+    double room = std::numeric_limits<double>::infinity();
+    for (const Other& other : others_) {
+      // Boxes that overlap say nothing.
+      const double apart = box.DistanceTo(other.box);
+      if (apart > 0 && apart >= room) continue;
+      room = std::min(room, geometry::SignedDistance(shape_, X_WA, *other.shape, other.X_W).distance);
+    }
+    return room;
+  }
+
+ private:
+  struct Other {
+    const geometry::Shape* shape;
+    Pose X_W;
+    geometry::Aabb box;
+  };
+  const geometry::Shape& shape_;
+  Pose X_WB_;
+  std::vector<Other> others_;
+};
 
 /// Turns about the support's normal to try, from R_BA, the smallest first: steps of 15° either way, and those
 /// that lay an edge of the foot along one of the support, where a tight fit needs just that.
@@ -208,12 +229,13 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   const Vector3d x = up.unitOrthogonal(), y = up.cross(x);
   const Pose first = X_TC;
   Pose best = X_TC;
-  double best_room = RoomAround(context, object, by, best);
+  const Surroundings surroundings(context, object, by);
+  double best_room = surroundings.RoomAround(best);
   for (int ring = 1; ring <= kRings && best_room < kFreeDistance; ++ring) {
     for (int i = 0; i < 12; ++i) {
       const double angle = i * std::numbers::pi / 6;
       place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y), yaw);
-      const double room = RoomAround(context, object, by, X_TC);
+      const double room = surroundings.RoomAround(X_TC);
       if (room > best_room + 1e-9) {
         best = X_TC;
         best_room = room;

@@ -29,6 +29,9 @@ constexpr size_t kRestarted = 2;
 constexpr size_t kMostRivals = 2;
 // So many arrangements of the objects that share a support.
 constexpr int kArrangements = 16;
+// So many of them that are feasible are compared; ways that are tried before.
+constexpr int kMostArranged = 3;
+constexpr int kBeforeArranging = 4;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -54,6 +57,7 @@ class CandidateRun {
         index_(index),
         limits_(limits),
         effort_(EffortOf(problem_.program)),
+        starts_(problem_.program.starts + effort_.more_starts),
         random_(Random(problem_.search.seed).Split("candidate 0")) {
     report_.plan.actions = actions_;
     report_.plan.scenario = problem_.title;
@@ -76,14 +80,14 @@ class CandidateRun {
     const Way first = DescribeWay(facts_, {}, key_poses);
     if (first.promising && Try(first, key_poses)) {
       TryRivals(first);
-    } else if (!TryArrangements()) {
+    } else {
       TryWays(first.promising);
     }
     // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
     std::stable_sort(failed_.begin(), failed_.end(),
                      [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
     failed_.resize(std::min(failed_.size(), kRestarted));
-    for (int start = 1; start < problem_.program.starts; ++start) {
+    for (int start = 1; start < starts_; ++start) {
       for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
         Restart(failed_[i].way, start);
     }
@@ -153,7 +157,7 @@ class CandidateRun {
     const bool had_one = optimum_ != nullptr;
     if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromBeginning(way)) return true;
     // Feasible but for room to spare: with less of that.
-    if (!had_one && optimum_ != nullptr && Restart(way, problem_.program.starts - 1)) return true;
+    if (!had_one && optimum_ != nullptr && Restart(way, starts_ - 1)) return true;
     failed_.push_back({last_violation_, way});
     return false;
   }
@@ -167,25 +171,29 @@ class CandidateRun {
     }
   }
 
-  /// Where several objects come onto one support: from places for all of them that were found together.
-  bool TryArrangements() {
-    const KeyPoseProgram guess = BuildProgram(facts_, steps_, {}, {.guess_only = true});
-    if (!guess.refutations.empty()) return false;
+  /// Where several objects come onto one support: from places for all of them that were found together, the
+  /// best of a few that are feasible.
+  void TryArrangements(const Variant& variant) {
+    if (!Packing::IsNeeded(steps_)) return;
+    const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
+    if (!guess.refutations.empty()) return;
     const Packing packing(facts_, steps_, guess);
-    for (int attempt = 0; packing.IsNeeded() && attempt < kArrangements && !limits_.Over(); ++attempt) {
-      auto arrangement =
-          packing.Arrange(attempt, random_.Split("arrangement " + std::to_string(attempt)));
+    // With less clearance the places that each found by itself may do.
+    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return;
+    int feasible_ones = 0;
+    for (int attempt = 0; attempt < kArrangements && feasible_ones < kMostArranged && !limits_.Over();
+         ++attempt) {
+      auto arrangement = packing.Arrange(attempt, random_.Split("arrangement " + std::to_string(attempt)));
       if (!arrangement) continue;
       ProgramStart start;
       start.near = kNear;
       start.tight = arrangement->tight;
       start.placed = std::move(arrangement->placed);
-      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, start);
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, variant, start);
       if (!key_poses.refutations.empty()) continue;
       all_refuted_ = false;
-      if (SolveAndJudge(key_poses, attempt, effort_.restart)) return true;
+      if (SolveAndJudge(key_poses, attempt, effort_.restart)) ++feasible_ones;
     }
-    return false;
   }
 
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
@@ -208,7 +216,9 @@ class CandidateRun {
       }
       KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
       Try(way, key_poses);
+      if (!feasible() && count == kBeforeArranging) TryArrangements(ways.open.front().variant);
     }
+    if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
   }
 
   void NoteRefutation(const Way& way) {
@@ -225,7 +235,7 @@ class CandidateRun {
   /// asks for less.
   bool Restart(const Way& way, int start) {
     ProgramStart how;
-    how.tight = start == problem_.program.starts - 1;
+    how.tight = start == starts_ - 1;
     how.noise = how.tight ? 0 : 0.5;
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
@@ -328,8 +338,7 @@ class CandidateRun {
     }
     // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
     // are not among them.
-    const bool refuted =
-        (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
+    const bool refuted = (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";
@@ -344,6 +353,7 @@ class CandidateRun {
   int index_;
   const Limits& limits_;
   Effort effort_;
+  int starts_;
   Random random_;
 
   CandidateReport report_;

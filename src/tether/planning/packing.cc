@@ -46,7 +46,9 @@ Pose Aligned(const Pose& X_WO, const Pose& X_WS, int quarter) {
 }  // namespace
 
 Packing::Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess)
-    : facts_(facts), steps_(steps), guess_(guess) {
+    : facts_(facts), guess_(guess), groups_(FindGroups(steps)) {}
+
+std::vector<Packing::Group> Packing::FindGroups(const std::vector<BoundStep>& steps) {
   std::vector<Group> all;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
@@ -60,29 +62,30 @@ Packing::Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, c
       const StepSchema& before = steps[static_cast<size_t>(s)].schema;
       if (before.control == kHand && before.target == step.schema.control) pick = s;
     }
-    auto group = std::find_if(all.begin(), all.end(),
-                              [&](const Group& g) { return g.support == step.schema.target; });
+    auto group =
+        std::find_if(all.begin(), all.end(), [&](const Group& g) { return g.support == step.schema.target; });
     if (group == all.end()) group = all.insert(all.end(), {step.schema.target, {}});
     group->placings.push_back({t, pick, step.schema.control});
   }
-  for (Group& group : all) {
-    if (group.placings.size() >= kFewest) groups_.push_back(std::move(group));
-  }
+  std::erase_if(all, [](const Group& group) { return group.placings.size() < kFewest; });
+  return all;
 }
 
 std::optional<Packing::Arrangement> Packing::Arrange(int attempt, const Random& random) const {
   const double roomy = facts_.problem().program.object_clearance;
   const double least = facts_.problem().program.hand_clearance;
   for (const double clearance : {roomy, 0.5 * (roomy + least), least}) {
-    for (const double raised : {0.0, kRaised}) {
-      Arrangement found{{}, clearance < roomy};
-      std::map<std::string, Pose> X_W;
-      const Fit fit{attempt, clearance, raised};
-      if (std::all_of(groups_.begin(), groups_.end(), [&](const Group& group) {
-            Random own = random;
-            return ArrangeGroup(group, fit, own, found.placed, X_W);
-          }))
-        return found;
+    for (const bool aligned : {false, true}) {
+      for (const double raised : {0.0, kRaised}) {
+        Arrangement found{{}, clearance < roomy};
+        std::map<std::string, Pose> X_W;
+        const Fit fit{attempt, clearance, raised, aligned};
+        if (std::all_of(groups_.begin(), groups_.end(), [&](const Group& group) {
+              Random own = random;
+              return ArrangeGroup(group, fit, own, found.placed, X_W);
+            }))
+          return found;
+      }
     }
   }
   return std::nullopt;
@@ -96,14 +99,14 @@ bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, s
     const Pose X_WGuess = guess_.tree.PoseAt(placing.object, placing.step, guess_.guess.poses);
     const geometry::Aabb box = geometry::BoundingBox(*facts_.ShapeOf(placing.object), X_WGuess);
     const double raise = placing.pick < 0 ? 0 : fit.raised * (box.upper.z() - box.lower.z());
-    const Pose X_OHand = math::Between(
-        X_WGuess, Raised(guess_.tree.PoseAt(kHand, placing.step, guess_.guess.poses), raise));
+    const Pose X_OHand =
+        math::Between(X_WGuess, Raised(guess_.tree.PoseAt(kHand, placing.step, guess_.guess.poses), raise));
     const Vector2d wanted = (X_WS.Inverse() * X_WGuess.p).head<2>();
     bool placed = false;
     for (const Vector2d& p_S : Places(support, wanted, fit.attempt, random)) {
-      for (int turn = 0; turn < 4 && !placed; ++turn) {
+      for (int turn = fit.aligned ? 0 : -1; turn < (fit.aligned ? 4 : 0) && !placed; ++turn) {
         // The smallest turns first.
-        Pose X_WO = Aligned(X_WGuess, X_WS, turn < 3 ? (turn == 2 ? -1 : turn) : 2);
+        Pose X_WO = turn < 0 ? X_WGuess : Aligned(X_WGuess, X_WS, turn < 3 ? (turn == 2 ? -1 : turn) : 2);
         const double height = (X_WS.Inverse() * X_WO.p).z();
         X_WO.p = X_WS * Vector3d(p_S.x(), p_S.y(), height);
         if (!StandsClear(placing, group.support, X_WO, fit.clearance, X_W) ||

@@ -13,8 +13,8 @@ namespace tether::planning {
 /// Several objects that a skeleton puts down on one support, and how they may be arranged there. Each by
 /// itself finds its place; whether all of them do depends on all places together. An arrangement puts one
 /// after the other, as the skeleton does, on a grid over the support, in an order of the grid's places that
-/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects turned
-/// along the support's edges, clear of all that stands there, and the hand too. The optimiser begins there.
+/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects as they
+/// came or else along the support's edges, clear of all that stands there, and the hand too. The optimiser begins there.
 class Packing {
  public:
   /// Fewer objects than this on one support need no arranging.
@@ -24,7 +24,7 @@ class Packing {
   Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess);
 
   /// Whether some support takes enough objects.
-  bool IsNeeded() const { return !groups_.empty(); }
+  static bool IsNeeded(const std::vector<BoundStep>& steps) { return !FindGroups(steps).empty(); }
   struct Arrangement {
     std::map<int, math::Pose> placed;  ///< Key poses by step: of what is put down, and of raised grasps.
     bool tight = false;                ///< There is not the room that carried objects should keep.
@@ -46,8 +46,10 @@ class Packing {
     int attempt;
     double clearance;  // between what is put down and the rest, m
     double raised;     // of the grasp, as a share of the object's height
+    bool aligned;      // with the support's edges, not as they came
   };
 
+  static std::vector<Group> FindGroups(const std::vector<BoundStep>& steps);
   bool ArrangeGroup(const Group& group, const Fit& fit, Random& random, std::map<int, math::Pose>& poses,
                     std::map<std::string, math::Pose>& X_W) const;
   /// Places in the support's plane, in the order in which they are tried, m.
@@ -61,7 +63,6 @@ class Packing {
   math::Pose PoseOf(const std::string& solid, int step, const std::map<std::string, math::Pose>& X_W) const;
 
   const SceneFacts& facts_;
-  const std::vector<BoundStep>& steps_;
   const KeyPoseProgram& guess_;
   std::vector<Group> groups_;
 };

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <cstddef>
 #include <cmath>
+#include <cstddef>
 #include <future>
 #include <map>
 #include <optional>
@@ -40,10 +40,10 @@ constexpr int kMostOrders = 300;
 constexpr double kMuchShorter = 0.98;
 
 /// The outer loop: sequences come from the task search in its order. Each waits for those of its parts that
-/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is passed
-/// over. So are other orders of what is feasible. The others are candidates; they are dealt with one after
-/// another, each by what came of those before it. What other threads begin ahead is taken over only if its
-/// turn comes, so that the number of threads changes nothing but the time.
+/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is
+/// passed over. So are other orders of what is feasible. The others are candidates; they are dealt with one
+/// after another, each by what came of those before it. What other threads begin ahead is taken over only if
+/// its turn comes, so that the number of threads changes nothing but the time.
 class Planner {
  public:
   Planner(const Problem& problem, const symbolic::Task& task, const CandidateCallback& on_candidate)
@@ -68,7 +68,7 @@ class Planner {
 
  private:
   void Search() {
-    while (!limits_.Over() && !ended_ && !FirstIsEnough()) {
+    while (!HasEnded()) {
       const double begin = limits_.Elapsed();
       std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
@@ -80,7 +80,7 @@ class Planner {
   /// A sequence, and what is known of it before its turn.
   struct Candidate {
     std::vector<int> actions;
-    int index = 0;  // in the order of finding
+    int index = 0;                      // in the order of finding
     std::future<Verdict> verdict = {};  // if it was begun ahead; its destructor waits
   };
   enum class Fate {
@@ -89,6 +89,7 @@ class Planner {
     kPassedOver,  // not tried: what makes it needless is feasible or costs less
   };
 
+  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
   /// The plans that are wanted are there.
@@ -130,7 +131,7 @@ class Planner {
     for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
     const size_t window = static_cast<size_t>(problem_.search.threads);
     size_t ahead = 0;
-    for (size_t i = 0; i < candidates.size() && !ended_ && !limits_.Over() && !FirstIsEnough(); ++i) {
+    for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
       for (; window > 1 && ahead < candidates.size() && ahead < i + window; ++ahead) {
         Candidate& next = candidates[ahead];
         if (!IsReady(next.actions)) continue;
@@ -165,7 +166,7 @@ class Planner {
         source_.Exclude(part.actions);
         Candidate first{part.actions, candidate.index};
         DealWith(first);
-        if (ended_ || limits_.Over()) return true;
+        if (HasEnded()) return true;
       }
       const auto fate = fates_.find(part.actions);
       if (fate != fates_.end() && fate->second != Fate::kFailed) return true;
@@ -187,7 +188,7 @@ class Planner {
     const std::vector<int>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
     const bool needless = HasPlanAsPart(candidate);
-    if (ended_ || limits_.Over()) return;
+    if (HasEnded()) return;
     if (needless || (!in_any_order && IsOtherOrder(actions))) {
       PassOver(actions, needless);
       return;
@@ -198,8 +199,7 @@ class Planner {
     }
     passed_over_ = 0;
     double bound = 0;
-    if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only)
-      bound = BoundOf(actions);
+    if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only) bound = BoundOf(actions);
     // It can't be among the best.
     if (EnoughWithout(bound)) {
       fates_[actions] = Fate::kPassedOver;
@@ -223,24 +223,24 @@ class Planner {
     return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
   }
 
-  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if there
-  /// is none.
+  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if
+  /// there is none.
   std::vector<int> ShorterOrder(const std::vector<int>& actions) {
     std::vector<int> best = actions;
-    double first = -1, least = 0;
-    int left = kMostOrders;
-    for (bool better = true; better && left > 0 && !limits_.Over();) {
-      better = false;
-      for (std::vector<int>& other : subsequences_.Exchanged(best)) {
-        if (first < 0) first = least = BoundOf(best);
-        if (left-- <= 0) break;
-        const double bound = BoundOf(other);
-        if (bound >= least * (1 - kBetter)) continue;
-        least = bound;
-        best = std::move(other);
-        better = true;
-        break;
-      }
+    std::vector<std::vector<int>> others = subsequences_.Exchanged(best);
+    if (others.empty()) return {};
+    const double first = BoundOf(actions);
+    double least = first;
+    size_t in_vain = 0;
+    for (int at = 0; at < kMostOrders && in_vain < others.size() && !limits_.Over(); ++at) {
+      std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
+      const double bound = BoundOf(other);
+      ++in_vain;
+      if (bound >= least * (1 - kBetter)) continue;
+      least = bound;
+      best = std::move(other);
+      others = subsequences_.Exchanged(best);
+      in_vain = 0;
     }
     return least < kMuchShorter * first ? best : std::vector<int>();
   }
@@ -303,7 +303,6 @@ class Planner {
     conflicts_.push_back(std::move(conflict));
     impossible_ = costs_.empty() && conflicts_.back().kind == task::Conflict::Kind::kProved &&
                   NoSequenceIsLeft(task_, problem_.goal, conflicts_, kFewStates, limits_);
-    ended_ = ended_ || impossible_;
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
@@ -412,9 +411,9 @@ void Planner::Conclude() {
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      const auto proved = std::find_if(
-          report_.candidates.begin(), report_.candidates.end(),
-          [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+      const auto proved =
+          std::find_if(report_.candidates.begin(), report_.candidates.end(),
+                       [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
       report_.message = proved == report_.candidates.end()
                             ? "no sequence of actions reaches the goal"
                             : "every sequence of actions is geometrically impossible: " + proved->reason;

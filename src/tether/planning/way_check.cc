@@ -219,26 +219,48 @@ class WayChecker {
            (schema_.control != kHand && tree_.HangsOn(name, schema_.control, step_));
   }
 
-  /// The hand, and what it carries, against the rest.
-  std::string CheckMoved(const Stretch& stretch, const Pose& X_WH) const {
+  /// A solid at the key pose.
+  struct Solid {
+    const std::string* name;
+    const geometry::Shape* shape;
+    Pose X_W;
+    geometry::Aabb box;
+    bool is_hand;
+    std::string parent;  // before the step, of what moves
+  };
+
+  /// Those that move on the way, and the rest.
+  void FindSolids() {
+    if (!resting_.empty() || !moving_.empty()) return;
     const std::vector<std::string>& solids = facts_.solids();
     for (size_t i = 0; i < solids.size(); ++i) {
-      const bool hand = solids[i] == kHand;
-      if (!hand && (!stretch.carries || !Moves(static_cast<int>(i)))) continue;
-      const Pose X_WA = X_WH * math::Between(X_WHand_, tree_.PoseAt(solids[i], step_, poses_));
-      for (size_t j = 0; j < solids.size(); ++j) {
-        if (solids[j] == kHand || Moves(static_cast<int>(j))) continue;
+      const geometry::Shape& shape = *facts_.ShapeOf(solids[i]);
+      const Pose X_W = tree_.PoseAt(solids[i], step_, poses_);
+      const bool is_hand = solids[i] == kHand;
+      const bool moves = is_hand || Moves(static_cast<int>(i));
+      (moves ? moving_ : resting_)
+          .push_back({&solids[i], &shape, X_W, geometry::BoundingBox(shape, X_W), is_hand,
+                      moves && !is_hand ? tree_.ParentAt(solids[i], step_ - 1) : ""});
+    }
+  }
+
+  /// The hand, and what it carries, against the rest.
+  std::string CheckMoved(const Stretch& stretch, const Pose& X_WH) {
+    FindSolids();
+    for (const Solid& a : moving_) {
+      if (!a.is_hand && !stretch.carries) continue;
+      const Pose X_WA = X_WH * math::Between(X_WHand_, a.X_W);
+      const geometry::Aabb box = geometry::BoundingBox(*a.shape, X_WA);
+      for (const Solid& b : resting_) {
+        if (box.DistanceTo(b.box) > 0) continue;
         // What it stands on before or after may be touched.
-        if (!hand && (solids[j] == schema_.target || solids[j] == tree_.ParentAt(solids[i], step_ - 1)))
-          continue;
-        const Pose X_WB = tree_.PoseAt(solids[j], step_, poses_);
-        const geometry::Shape &a = *facts_.ShapeOf(solids[i]), &b = *facts_.ShapeOf(solids[j]);
-        if (geometry::DistanceLowerBound(a, X_WA, b, X_WB) > -kTouch) continue;
-        const double distance = geometry::SignedDistance(a, X_WA, b, X_WB).distance;
+        if (!a.is_hand && (*b.name == schema_.target || *b.name == a.parent)) continue;
+        if (geometry::DistanceLowerBound(*a.shape, X_WA, *b.shape, b.X_W) > -kTouch) continue;
+        const double distance = geometry::SignedDistance(*a.shape, X_WA, *b.shape, b.X_W).distance;
         if (distance >= -kTouch) continue;
         char text[160];
-        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
-                      solids[j].c_str());
+        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", a.name->c_str(), -100 * distance,
+                   b.name->c_str());
         return text;
       }
     }
@@ -254,6 +276,7 @@ class WayChecker {
   Pose X_WHand_;
   std::string holder_;
   std::vector<int> kept_;  // Indices of the obstacles that are left on the way.
+  std::vector<Solid> moving_, resting_;
 };
 
 }  // namespace

@@ -1,0 +1,88 @@
+// Every solver plans every shipped scene. Find nlopt_never_plans.
+
+#include <algorithm>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/experiment/problem.h"
+#include "tether/experiment/test_scenarios.h"
+#include "tether/planning/effort.h"
+
+namespace tether::experiment {
+namespace {
+
+struct Case {
+  std::string solver, scenario;
+};
+
+/// Costs of the feasible candidates, cheapest first: those of Table I, and of the other scenes.
+const std::map<std::string, std::vector<double>>& KnownCosts() {
+  static const std::map<std::string, std::vector<double>> costs = {{"workspace_reach", {0.3252, 0.3269, 0.4260}},
+                                                                   {"hanoi", {0.4894, 0.5486}},
+                                                                   {"tool_use", {0.2878, 0.3761}},
+                                                                   {"stacking", {1.1636}},
+                                                                   {"parts", {0.7143}}};
+  return costs;
+}
+
+planning::PlanReport Plan(const Case& what, std::optional<int> max_iterations = {}) {
+  const Scenario scenario = Shipped(what.scenario);
+  PlanningOverrides overrides;
+  overrides.solver = what.solver;
+  overrides.threads = 1;
+  overrides.max_iterations = max_iterations;
+  return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+}
+
+class EverySolver : public ::testing::TestWithParam<Case> {};
+
+TEST_P(EverySolver, NloptNeverPlans) {
+  const planning::PlanReport report = Plan(GetParam());
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_TRUE(report.complete);
+  std::vector<double> costs;
+  for (const planning::CandidateReport& candidate : report.candidates) {
+    EXPECT_TRUE(candidate.feasible()) << candidate.reason;
+    EXPECT_LE(candidate.max_violation_m, 1e-3);
+    EXPECT_LE(candidate.max_violation_rad, 5e-3);
+    costs.push_back(candidate.plan.cost);
+  }
+  std::sort(costs.begin(), costs.end());
+  const std::vector<double>& known = KnownCosts().at(GetParam().scenario);
+  ASSERT_EQ(costs.size(), known.size());
+  // Tool Use has an optimum beside, which NLopt comes to.
+  const double share = GetParam().scenario == "tool_use" ? 0.06 : 0.003;
+  for (size_t i = 0; i < costs.size(); ++i) EXPECT_NEAR(costs[i], known[i], share * known[i]) << i;
+}
+
+std::vector<Case> Cases() {
+  std::vector<Case> cases;
+  for (const char* solver : {"native", "ipopt", "nlopt"}) {
+    for (const auto& [scenario, costs] : KnownCosts()) cases.push_back({solver, scenario});
+  }
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()), [](const auto& info) {
+  return info.param.solver + "_" + info.param.scenario;
+});
+
+// max_iterations means what it says, with every solver: as many as that, be it more or fewer than needed.
+TEST(MaxIterationsTest, IsTheBoundOfOneSolve) {
+  for (const char* solver : {"native", "ipopt", "nlopt"}) {
+    EXPECT_FALSE(Plan({solver, "stacking"}, 1).ok()) << solver;
+    EXPECT_TRUE(Plan({solver, "stacking"}, 20'000).ok()) << solver;
+  }
+  planning::ProgramOptions options;
+  options.max_iterations = 700;
+  for (const nlp::Backend backend : {nlp::Backend::kNative, nlp::Backend::kIpopt, nlp::Backend::kNlopt}) {
+    options.backend = backend;
+    EXPECT_EQ(planning::EffortOf(options).first, 700);
+    EXPECT_EQ(planning::EffortOf(options).restart, 700);
+  }
+}
+
+}  // namespace
+}  // namespace tether::experiment
