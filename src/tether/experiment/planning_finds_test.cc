@@ -1,6 +1,8 @@
 // What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -190,7 +192,7 @@ TEST(PlanningFinds, TouchAlone) {
             "{position: [0.45, 0.25, 0.0125], rpy: [0, 1.5708, 0]}", kMass);
   for (const std::string button : {"{box: [0.05, 0.05, 0.06]}", "{cylinder: {radius: 0.03, length: 0.06}}",
                                    "{sphere: 0.03}"}) {
-    for (const std::string tool : {stick, THook("1.5708")}) {
+    for (const std::string& tool : std::vector<std::string>{stick, THook("1.5708")}) {
       Scene scene;
       scene.things = tool + Thing("button", button, "{position: [0.6, 0, 0.03]}");
       scene.fixed = "button";
