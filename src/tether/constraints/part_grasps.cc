@@ -161,11 +161,16 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
                                 bool only_approach, GraspFlaws& flaws) {
   const Part& part = shape.parts[static_cast<size_t>(index)];
   std::vector<Grasp> grasps = ShapesOfGrasps(part, approach_O, fingers);
-  const double least = LeastWidth(part.primitive, part.X_SP.R.transpose() * approach_O, only_approach);
-  if (grasps.empty() && least > fingers.max_opening) {
-    flaws.TooWide(least, least, fingers);
-  } else if (grasps.empty()) {
-    flaws.NoSides();
+  const auto least = [&] {
+    return LeastWidth(part.primitive, part.X_SP.R.transpose() * approach_O, only_approach);
+  };
+  if (grasps.empty()) {
+    const double width = least();
+    if (width > fingers.max_opening) {
+      flaws.TooWide(width, width, fingers);
+    } else {
+      flaws.NoSides();
+    }
   }
   // From the lowest of the object to the highest grasp point that the part offers.
   const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);
@@ -174,7 +179,7 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
   std::erase_if(grasps, [&](Grasp& grasp) {
     grasp.part = index;
     if (grasp.width > fingers.widest) {
-      flaws.TooWide(grasp.width, least, fingers);
+      flaws.TooWide(grasp.width, least(), fingers);
       return true;
     }
     if (height - margin < needed - kLowSlack) {
