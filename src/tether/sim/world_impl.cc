@@ -31,6 +31,8 @@ constexpr double kServoLeash = 0.05;
 constexpr double kFloatDamping = 10;
 // How fast a movable object that is driven catches up with its path, 1/s.
 constexpr double kCatchUp = 50;
+// Friction that a driven object overcomes, in its own weights.
+constexpr double kDriveForce = 3;
 
 std::unique_ptr<mjModel, DeleteMujoco> LoadText(const std::string& xml) {
   std::array<char, 1000> message{};
@@ -316,6 +318,12 @@ void World::Impl::FollowDrives() {
     V_WO.tail<3>() += kCatchUp * turn;
     V_WO[2] -= options.timestep * model->opt.gravity[2];
     SetFreeVelocity(object, X_WO, V_WO);
+    // What it slides on would brake it within the step, and what stands on it would feel that speed and lag:
+    // as much friction is made up for.
+    Eigen::Vector2d force = -Eigen::Map<const Eigen::Vector2d>(data->qfrc_constraint + object.dof);
+    const double most = kDriveForce * model->body_mass[object.body] * std::abs(model->opt.gravity[2]);
+    if (force.norm() > most) force *= most / force.norm();
+    Eigen::Map<Eigen::Vector2d>(data->qfrc_applied + object.dof) = force;
   }
 }
 
@@ -391,7 +399,9 @@ void World::Impl::Step() {
     for (ObjectEntry& object : objects) {
       if (object.leader != drive->first) continue;
       object.leader = -1;
-      if (object.mode == Mode::kFree) Eigen::Map<math::Vector6d>(data->qvel + object.dof).setZero();
+      if (object.mode != Mode::kFree) continue;
+      Eigen::Map<math::Vector6d>(data->qvel + object.dof).setZero();
+      Eigen::Map<math::Vector6d>(data->qfrc_applied + object.dof).setZero();
     }
     drive = drives.erase(drive);
   }
