@@ -33,6 +33,7 @@ constexpr double kFloatDamping = 10;
 constexpr double kCatchUp = 50;
 // Friction that a driven object overcomes, in its own weights.
 constexpr double kDriveForce = 3;
+constexpr double kDriveLearning = 0.2;  // per step
 
 std::unique_ptr<mjModel, DeleteMujoco> LoadText(const std::string& xml) {
   std::array<char, 1000> message{};
@@ -308,6 +309,16 @@ void World::Impl::FollowDrives() {
     }
     const math::Pose X_WO = ObjectPose(object);
     const math::Pose X_now = drive->second.At(now);
+    // What it slides on brakes it within a step, and what stands on it would feel that speed and lag: a force
+    // of a few times its weight at most is found that makes up for it.
+    if (now > drive->second.begin + 0.5 * options.timestep) {
+      const double mass = model->body_mass[object.body];
+      Eigen::Map<Eigen::Vector2d> force(data->qfrc_applied + object.dof);
+      const Eigen::Vector2d lost = V_WO.head<2>() - Eigen::Map<Eigen::Vector2d>(data->qvel + object.dof);
+      force += kDriveLearning * mass / options.timestep * lost;
+      const double most = kDriveForce * mass * std::abs(model->opt.gravity[2]);
+      if (force.norm() > most) force *= most / force.norm();
+    }
     // What blocks the object may hold it up: the catching up is limited to the speed of the motion's middle.
     const double reach = 2 / (kCatchUp * drive->second.duration);
     Eigen::Vector3d lag = X_now.p - X_WO.p;
@@ -318,12 +329,6 @@ void World::Impl::FollowDrives() {
     V_WO.tail<3>() += kCatchUp * turn;
     V_WO[2] -= options.timestep * model->opt.gravity[2];
     SetFreeVelocity(object, X_WO, V_WO);
-    // What it slides on would brake it within the step, and what stands on it would feel that speed and lag:
-    // as much friction is made up for.
-    Eigen::Vector2d force = -Eigen::Map<const Eigen::Vector2d>(data->qfrc_constraint + object.dof);
-    const double most = kDriveForce * model->body_mass[object.body] * std::abs(model->opt.gravity[2]);
-    if (force.norm() > most) force *= most / force.norm();
-    Eigen::Map<Eigen::Vector2d>(data->qfrc_applied + object.dof) = force;
   }
 }
 
