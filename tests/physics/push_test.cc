@@ -77,6 +77,29 @@ TEST(PushSim, EndsWhereTheObjectIsToBe) {
   }
 }
 
+// push_drift_then_blind_retries: the hook was set down on the box, three times the same way. What stands where
+// something is to be put makes it go beside that.
+TEST(PushSim, WhatIsPutDownGoesBesideWhatStandsThere) {
+  for (const double y : {0.0, 0.12}) {
+    scene::Scene scene = TableScene();
+    const geometry::Shape cube = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.05}});
+    scene.objects.push_back(MakeObject("box", cube, Pose(Eigen::Vector3d(0.5, 0.2, 0.025))));
+    scene.objects.push_back(MakeObject("other", cube, Pose(Eigen::Vector3d(0.5, -0.2, 0.025))));
+    const planning::Plan plan =
+        PlanBuilder()
+            .Pick("box", TopGrasp({0, 0, 0}))
+            .Place("box", "table", Pose(Eigen::Vector3d(0.04, -0.2 + y, 0.275)))
+            .Build();
+    const RunResult run = RunPlan(scene, plan);
+    EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+    EXPECT_EQ(run.retries, 0) << run.Log();
+    const Eigen::Vector3d p = run.truth.X_WO.at("box").p;
+    EXPECT_NEAR(p.z(), 0.025, 0.002) << run.Log();
+    EXPECT_LT((p - Eigen::Vector3d(0.54, -0.2 + y, 0.025)).norm(), y > 0 ? 0.004 : 0.06) << run.Log();
+    EXPECT_LT((run.truth.X_WO.at("other").p - Eigen::Vector3d(0.5, -0.2, 0.025)).norm(), 0.002);
+  }
+}
+
 // Frictions and masses, both hooks, five seeds each: takes minutes. Prints a table for docs/benchmarks.md.
 TEST(PushSim, DISABLED_WholeGrid) {
   int all = 0, good = 0;

@@ -430,6 +430,44 @@ TEST(VelocityOptionsTest, NamesEverythingThatIsNotValid) {
   }
 }
 
+// cups_seed3_undisturbed: what a goal leaves free drifted until the elbow was folded.
+TEST(ConstrainedVelocityPosture, LeavesTheLimitsWhereTheGoalLeavesItFree) {
+  Bench bench("panda");
+  ConstrainedVelocity controller = bench.Make();
+  VectorXd q = bench.model->home();
+  q[3] = -3.0;  // folded
+  const Pose X_WHand = bench.X_WH(q);
+  Goal goal = bench.HandAt(Pose(X_WHand.R, X_WHand.p + Vector3d(0, 0.15, 0)), Objective::kPosition);
+  const double folded = q[3];
+  for (int tick = 0; tick < 1600; ++tick) q += bench.options.period * bench.Compute(controller, q, &goal);
+  EXPECT_LT(controller.error_m(), 2e-3) << "the goal is reached all the same";
+  EXPECT_GT(q[3], folded + 0.1);
+  // Without the term, or within the middle of the range, nothing but the goal moves a joint.
+  bench.options.posture_gain = 0;
+  ConstrainedVelocity without = bench.Make();
+  ConstrainedVelocity with = Bench("panda").Make();
+  const VectorXd middle = 0.5 * (bench.model->lower() + bench.model->upper());
+  goal = bench.HandAt(Pose(bench.X_WH(middle).R, bench.X_WH(middle).p + Vector3d(0, 0, -0.05)));
+  EXPECT_LT((bench.Compute(with, middle, &goal) - bench.Compute(without, middle, &goal)).norm(), 1e-9);
+}
+
+TEST(ConstrainedVelocityPosture, ExtraFieldsSayHowFarTheyAreFromHolding) {
+  Bench bench("panda");
+  ConstrainedVelocity controller = bench.Make();
+  const VectorXd q = bench.model->home();
+  const Pose X_BH = bench.X_WBase.Inverse() * bench.X_WH(q);
+  const auto cone = constraints::MakePointCone(0.02, {0.1, 0, 0.3}, Vector3d::Zero());
+  Frame target;
+  target.X_OF = Pose(X_BH.p - Vector3d(0.05, 0, 0));
+  controller.SetExtraFields({{"cone", cone, target, {}}});
+  bench.Compute(controller, q);
+  EXPECT_NEAR(controller.extra_violation_m(), 0.03, 1e-6);
+  EXPECT_EQ(controller.extra_violation_rad(), 0);
+  controller.SetExtraFields({{"cone", cone, target, {}, 1}});
+  bench.Compute(controller, q);
+  EXPECT_EQ(controller.extra_violation_m(), 0) << "it may be relaxed";
+}
+
 INSTANTIATE_TEST_SUITE_P(Robots, ConstrainedVelocityTest, ::testing::Values("j2n6s300", "panda"));
 
 }  // namespace

@@ -203,6 +203,7 @@ void Executive::Impl::EnterStep(int index) {
   verb_ = 0;
   now_ = {};
   now_.X_TG = reference_.X_TR();
+  X_TC_ = plan_step().X_TC;
   recovering_ = false;
   limit_reported_ = false;
   if (step().action_start == index) Record(EventKind::kActionStarted, plan_step().action);

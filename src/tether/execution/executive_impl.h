@@ -42,7 +42,6 @@ struct VerbState {
   double least_left = std::numeric_limits<double>::infinity();  ///< Of the push, m.
   /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
   Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
-  math::Pose X_TC_free;  ///< Where what is put down goes: the plan's pose, or a free one beside it.
   bool clear = false;    ///< Of what was touched before the verb.
 };
 
@@ -108,6 +107,12 @@ struct Executive::Impl {
   void GoAlong();
   int CarrierOf(int object) const;
 
+  // free_place.cc
+  bool PutsDown() const;
+  double RoomAt(const math::Pose& X_WC, int* nearest) const;
+  int CornersOver(const math::Pose& X_WC) const;
+  void FindFreePlace();
+
   // servo.cc: frames.
   math::Pose X_WF(const AttachedFrame& frame) const;
   math::Vector6d V_WF(const AttachedFrame& frame) const;
@@ -172,6 +177,8 @@ struct Executive::Impl {
   double obstacle_weight_ = 0;
 
   std::map<int, int> retries_;  ///< By action index.
+  /// Of the step's control frame in its target: the plan's, or a free one beside it.
+  math::Pose X_TC_;
   int retry_count_ = 0;
   bool estimate_bad_ = false;
   bool limit_reported_ = false;  ///< In this step.

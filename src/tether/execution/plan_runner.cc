@@ -1,5 +1,7 @@
 #include "tether/execution/plan_runner.h"
 
+#include "tether/control/constrained_velocity.h"
+
 namespace tether::execution {
 
 const std::vector<std::pair<std::string, std::string>>& PlanRunner::allowed() const {

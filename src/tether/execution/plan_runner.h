@@ -4,11 +4,14 @@
 #include <utility>
 #include <vector>
 
-#include "tether/control/constrained_velocity.h"
 #include "tether/execution/event.h"
 #include "tether/planning/plan.h"
 #include "tether/robot/interface.h"
 #include "tether/scene/scene.h"
+
+namespace tether::control {
+struct FieldConstraint;
+}
 
 namespace tether::execution {
 

@@ -57,7 +57,7 @@ void Executive::Impl::Hold() {
 }
 
 math::Pose Executive::Impl::ToolGoal(const planning::ReachVerb& verb) const {
-  math::Pose X_TC = plan_step().X_TC;
+  math::Pose X_TC = X_TC_;
   switch (verb.in) {
     case In::kControl:
       X_TC = X_TC * math::Pose(verb.offset);
@@ -96,6 +96,7 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
   now_.speed = verb.speed;
   now_.transit = IsFreeMotion();
   SwitchFrame(step().target);
+  if (verb_ == step().first_reach && PutsDown()) FindFreePlace();
   const math::Pose X_WT = X_WF(frame_);
   if (step().tool == kNone) {
     X_ToolHand_ = turned_ ? HalfTurn() : math::Pose();

@@ -1,5 +1,7 @@
 #include "tether/experiment/judge.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tether/experiment/contact.h"
@@ -52,6 +54,31 @@ TEST_F(JudgeTest, RestingIsContactFromAboveUnderTheCentreOfMass) {
   EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "its centre of mass is over the edge";
   truth_.X_WO["box"] = math::Pose(Eigen::Vector3d(0.525, -0.35, 0.025));
   EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "leans on its side";
+}
+
+TEST_F(JudgeTest, WhatLeansOrMovesIsNotOn) {
+  PutBoxOnShelf({0, 0, 0});
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf"));
+  for (const double tilt : {0.3, 0.6}) {
+    // On an edge, with the centre of mass above the shelf, as if something held it up.
+    const double foot = 0.025 * (std::cos(tilt) + std::sin(tilt));
+    truth_.X_WO["box"] = math::Pose(math::RotationFromRpy({tilt, 0, 0}), {0.35, -0.35, 0.1 + foot});
+    EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << tilt;
+  }
+  PutBoxOnShelf({0, 0, 0});
+  truth_.X_WO["box"].R = math::RotationFromRpy({M_PI / 2, 0, 1.0});
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "on another face";
+  truth_.V_WO["box"] = math::Vector6d::Zero();
+  truth_.V_WO["box"].x() = 0.05;
+  EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "it slides";
+  truth_.V_WO["shelf"] = truth_.V_WO["box"];
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "it goes along";
+  // Round things rest on their sides.
+  const geometry::Shape can = geometry::Primitive(geometry::Cylinder{0.03, 0.1});
+  EXPECT_EQ(FindLean(can, -Eigen::Vector3d::UnitZ()), 0);
+  EXPECT_EQ(FindLean(can, Eigen::Vector3d(1, 2, 0).normalized()), 0);
+  EXPECT_GT(FindLean(can, Eigen::Vector3d(1, 0, -1).normalized()), 0.15);
+  EXPECT_EQ(FindLean(geometry::Primitive(geometry::Sphere{0.03}), Eigen::Vector3d(1, 2, 3).normalized()), 0);
 }
 
 TEST_F(JudgeTest, GraspedMeansPressedByTheHandAroundIt) {
@@ -139,7 +166,14 @@ class TemporalJudgeTest : public ::testing::Test {
       truth_.X_WHand["arm"] = held ? truth_.X_WO["cup"] : math::Pose(Eigen::Vector3d(0, 0, 5));
       judge.Observe(truth_, {});
     }
-    return judge.Judge().goal_reached;
+    return judge.Judge(truth_).goal_reached;
+  }
+
+  /// The cup stands at x, in nobody's hand.
+  void Stand(double x) {
+    held_ = false;
+    truth_.X_WO["cup"] = math::Pose(Eigen::Vector3d(x, 0, 0.05));
+    truth_.X_WHand["arm"] = math::Pose(Eigen::Vector3d(0, 0, 5));
   }
 
   scene::Scene scene_;
@@ -159,6 +193,45 @@ TEST_F(TemporalJudgeTest, TheCourseCountsNotOnlyItsEnd) {
   EXPECT_TRUE(Judge("G !in(cup,c)", there_and_back, ltl::Semantics::kLtlf));
   EXPECT_FALSE(Judge("G !in(cup,b)", there_and_back, ltl::Semantics::kLtlf));
   EXPECT_TRUE(Judge("F inhand(cup)", there_and_back));
+}
+
+// ltl_G_violated_between_letters: invariants were blind while an action ran.
+TEST_F(TemporalJudgeTest, WhatHasNoNextIsJudgedInBetweenToo) {
+  const auto judge_it = [&](const std::string& formula, const std::string& running) {
+    TemporalJudge judge(scene_, *task_, {ltl::ParseFormula(formula), ltl::Semantics::kLtlf, {}});
+    Stand(0);
+    judge.Observe(truth_, {});
+    Stand(1);
+    judge.Sample(truth_, running);
+    Stand(0);
+    judge.Sample(truth_, running);
+    judge.Observe(truth_, {});
+    return judge.Judge(truth_).goal_reached;
+  };
+  EXPECT_FALSE(judge_it("G !in(cup,c)", "move(b)"));
+  EXPECT_FALSE(judge_it("in(cup,a) U in(cup,b) | G in(cup,a)", ""));
+  EXPECT_TRUE(judge_it("F in(cup,c)", "move(b)"));
+  EXPECT_FALSE(judge_it("F(in(cup,c) & X[!] F in(cup,a)) & G !in(cup,b)", "move(b)"))
+      << "what has an X is judged where actions end";
+  // What an action changes is as it was until it ends.
+  EXPECT_TRUE(judge_it("G !in(cup,c)", "place(cup,c)"));
+  EXPECT_FALSE(judge_it("G !in(cup,c)", "place(cup,b)"));
+}
+
+// ltl_F_latched_cup_not_in_tray: what was true once, should still be and is not was left out of the report.
+TEST_F(TemporalJudgeTest, WhatHeldAndNoLongerDoesIsNamed) {
+  TemporalJudge judge(scene_, *task_, {ltl::ParseFormula("F in(cup,a)"), ltl::Semantics::kCosafe, {}});
+  Stand(0);
+  judge.Observe(truth_, {});
+  EXPECT_FALSE(judge.Judge(truth_).facts[0].lapsed);
+  Stand(0.2);
+  const Judgement judgement = judge.Judge(truth_);
+  EXPECT_TRUE(judgement.goal_reached) << "it came about";
+  ASSERT_EQ(judgement.facts.size(), 1u);
+  EXPECT_EQ(judgement.facts[0].atom, "in(cup,a)");
+  EXPECT_FALSE(judgement.facts[0].holds);
+  EXPECT_TRUE(judgement.facts[0].lapsed);
+  EXPECT_FALSE(judge.NeedsSamples());
 }
 
 }  // namespace

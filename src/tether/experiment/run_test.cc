@@ -72,6 +72,31 @@ TEST(RunTest, DisturbancesHappenOnceWhenTheirActionStarts) {
   EXPECT_EQ(report.status, RunStatus::kSuccess) << report.reason;
 }
 
+// event_never_fires: an event that waited for what never came was silently left out.
+TEST(RunTest, EventsThatNeverHappenAreSaid) {
+  Prepared prepared = OneBlock();
+  RunOptions options;
+  Event never;
+  never.starts = "pick(denim)";
+  never.object = "denim";
+  never.X_by.p = {0, -0.03, 0};
+  Event late = never;
+  late.starts.clear();
+  late.time = 500;
+  options.events = {never, late};
+  const RunReport report =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, options);
+  EXPECT_EQ(report.status, RunStatus::kSuccess) << report.reason;
+  std::vector<std::string> texts;
+  for (const RunEvent& event : report.events) {
+    EXPECT_NE(event.kind, "disturbance");
+    if (event.kind == "never_happened") texts.push_back(event.text);
+  }
+  ASSERT_EQ(texts.size(), 2u);
+  EXPECT_EQ(texts[0], "move denim by (0, -0.03, 0) m over 1 s: 'pick(denim)' never started");
+  EXPECT_EQ(texts[1], "move denim by (0, -0.03, 0) m over 1 s: the run ended before 500.00 s");
+}
+
 TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
   Prepared prepared = OneBlock();
   prepared.scenario.execution.timeout_s = 0.05;

@@ -35,6 +35,9 @@ constexpr double kServoLeash = 0.05;
 constexpr double kFloatDamping = 10;
 // How fast a movable object that is driven catches up with its path, 1/s.
 constexpr double kCatchUp = 50;
+// Friction that a driven object overcomes, in its own weights.
+constexpr double kDriveForce = 3;
+constexpr double kDriveLearning = 0.2;  // per step
 
 std::unique_ptr<mjModel, DeleteMujoco> LoadText(const std::string& xml) {
   std::array<char, 1000> message{};
@@ -319,6 +322,16 @@ void World::Impl::FollowDrives() {
     }
     const math::Pose X_WO = ObjectPose(object);
     const math::Pose X_now = drive->second.At(now);
+    // What it slides on brakes it within a step, and what stands on it would feel that speed and lag: a force
+    // of a few times its weight at most is found that makes up for it.
+    if (now > drive->second.begin + 0.5 * options.timestep) {
+      const double mass = model->body_mass[object.body];
+      Eigen::Map<Eigen::Vector2d> force(data->qfrc_applied + object.dof);
+      const Eigen::Vector2d lost = V_WO.head<2>() - Eigen::Map<Eigen::Vector2d>(data->qvel + object.dof);
+      force += kDriveLearning * mass / options.timestep * lost;
+      const double most = kDriveForce * mass * std::abs(model->opt.gravity[2]);
+      if (force.norm() > most) force *= most / force.norm();
+    }
     // What blocks the object may hold it up: the catching up is limited to the speed of the motion's middle.
     const double reach = 2 / (kCatchUp * drive->second.duration);
     Eigen::Vector3d lag = X_now.p - X_WO.p;
@@ -404,7 +417,9 @@ void World::Impl::Step() {
     for (ObjectEntry& object : objects) {
       if (object.leader != drive->first) continue;
       object.leader = -1;
-      if (object.mode == Mode::kFree) Eigen::Map<math::Vector6d>(data->qvel + object.dof).setZero();
+      if (object.mode != Mode::kFree) continue;
+      Eigen::Map<math::Vector6d>(data->qvel + object.dof).setZero();
+      Eigen::Map<math::Vector6d>(data->qfrc_applied + object.dof).setZero();
     }
     drive = drives.erase(drive);
   }
