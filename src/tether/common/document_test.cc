@@ -150,7 +150,7 @@ TEST(DocumentTest, JsonReadsAsItIsWritten) {
   EXPECT_EQ(items[4].number(), -5);
   EXPECT_TRUE(items[5].is_null());
   EXPECT_TRUE(items[6].boolean());
-  EXPECT_EQ(items[6].where().ToString(), "f:1:77");
+  EXPECT_EQ(items[6].where().ToString(), "f:1:70");
   // What is no strict JSON is YAML: single quotes, comments, a comma at the end.
   EXPECT_EQ(WriteJson(ParseYaml("{'a': [1, 2,], b: x} # yes", "f"), 0), R"({"a":[1,2],"b":"x"})");
 }

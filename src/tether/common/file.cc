@@ -242,7 +242,7 @@ std::string ReadFile(const std::string& path) {
     if (got < 0 && error != EINTR) Fail(path, "read", Reason(error), accepted);
   }
   const std::lock_guard lock(Read().mutex);
-  Read().paths.emplace(FileId(status.st_dev, status.st_ino), path);
+  Read().paths.insert_or_assign(FileId(status.st_dev, status.st_ino), path);
   return text;
 }
 
