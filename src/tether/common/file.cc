@@ -11,8 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
 #include <utility>
 
 #include "tether/common/error.h"
@@ -70,7 +70,7 @@ using FileId = std::pair<dev_t, ino_t>;
 
 struct ReadFiles {
   std::mutex mutex;
-  std::set<FileId> ids;
+  std::map<FileId, std::string> paths;
 };
 ReadFiles& Read() {
   static ReadFiles files;
@@ -79,8 +79,8 @@ ReadFiles& Read() {
 
 /// Where an output goes.
 struct Destination {
-  int stream = -1;     ///< A descriptor of this process, to be written to; -1: none.
-  std::string path;    ///< Without links in its last part.
+  int stream = -1;   ///< A descriptor of this process, to be written to; -1: none.
+  std::string path;  ///< Without links in its last part.
   bool exists = false;
   struct stat status {};
   std::string problem;  ///< Why there is none.
@@ -147,8 +147,10 @@ std::string RandomName() {
   size_t filled = 0;
   while (filled < bytes.size()) {
     const ssize_t got = getrandom(bytes.data() + filled, bytes.size() - filled, 0);
-    if (got > 0) filled += static_cast<size_t>(got);
-    else if (errno != EINTR) throw InputError("no random numbers: " + Reason(errno));
+    if (got > 0)
+      filled += static_cast<size_t>(got);
+    else if (errno != EINTR)
+      throw InputError("no random numbers: " + Reason(errno));
   }
   std::string name = ".tether-";
   for (const unsigned char byte : bytes) {
@@ -232,7 +234,8 @@ std::string ReadFile(const std::string& path) {
   for (;;) {
     const size_t before = text.size();
     if (before > kMaxFileBytes) {
-      Fail(path, "read", "it is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB", "a smaller file");
+      Fail(path, "read", "it is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB",
+           "a smaller file");
     }
     text.resize(std::max(before + kPiece, std::min(text.capacity(), kMaxFileBytes + 1)));
     const ssize_t got = read(file.get(), text.data() + before, text.size() - before);
@@ -242,7 +245,7 @@ std::string ReadFile(const std::string& path) {
     if (got < 0 && error != EINTR) Fail(path, "read", Reason(error), accepted);
   }
   const std::lock_guard lock(Read().mutex);
-  Read().ids.emplace(status.st_dev, status.st_ino);
+  Read().paths.insert_or_assign(FileId(status.st_dev, status.st_ino), path);
   return text;
 }
 
@@ -250,7 +253,11 @@ bool WasRead(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
   const std::lock_guard lock(Read().mutex);
-  return Read().ids.contains({status.st_dev, status.st_ino});
+  const auto found = Read().paths.find({status.st_dev, status.st_ino});
+  // The number of a file that is gone may be another's by now.
+  struct stat same {};
+  return found != Read().paths.end() && stat(found->second.c_str(), &same) == 0 &&
+         same.st_dev == status.st_dev && same.st_ino == status.st_ino;
 }
 
 void WriteFile(const std::string& path, std::string_view text) {

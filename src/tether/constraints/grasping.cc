@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "tether/constraints/grasp.h"
 #include "tether/common/text.h"
+#include "tether/constraints/grasp.h"
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/opposite_sides.h"
@@ -318,8 +318,7 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
         if (approaches.size() > 1) {
           char text[80];
           const Vector3d along_P = part.X_SP.R.transpose() * approach_O;
-          FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(),
-                        along_P.z());
+          FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(), along_P.z());
           grasp.label += text;
         }
         grasp.score = ScoreGrasp(context, object, part, grasp);
