@@ -89,7 +89,6 @@ TEST(PushTest, APlannedPushUsesHalfOfWhatTheCheckerAllows) {
       const PlanReport report = PlanReach(problem);
       if (report.best() == nullptr) continue;
       const double share = PushOf(problem, report.best()->plan).angle() / HalfFrictionAngle(friction);
-      printf("%g %g: share %g\n", y, friction, share);
       EXPECT_LT(share, 0.5 + 0.01) << y;
       if (share > 0.45) ++oblique;
     }
