@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ using oracle::Plan;
 using symbolic::Task;
 
 constexpr size_t kMostSteps = 20'000;
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 uint64_t Setting(const char* name, uint64_t otherwise) {
   const char* text = std::getenv(name);
@@ -44,16 +46,26 @@ struct Found {
   SearchStatus ended = SearchStatus::kFound;
 };
 
-/// All that a search yields, which must come in the order of cost.
+/// All that a search yields, which must come in the order of cost. With `stops`, it is asked for nothing dear
+/// first, and interrupted now and then.
 Found Enumerate(const std::shared_ptr<const Task>& task, const std::optional<TemporalGoal>& goal,
-                const SkeletonOptions& options) {
+                const SkeletonOptions& options, bool stops = false) {
   SkeletonSearch search(std::make_unique<Product>(task, goal), options);
   Found found;
-  double before = 0;
+  double before = 0, most = stops ? 0 : kUnbounded;
+  const SearchLimits interrupted{{.deadline = std::chrono::steady_clock::time_point{}}};
   while (true) {
-    const SearchOutcome outcome = search.Next();
+    if (stops && found.plans.size() % 2 == 0) {
+      EXPECT_EQ(search.Next(interrupted).status, SearchStatus::kTimeLimit);
+    }
+    const SearchOutcome outcome = search.Next({{}, most});
     found.ended = outcome.status;
+    if (outcome.status == SearchStatus::kDepthLimit && most < kUnbounded) {
+      most = most < 8 ? most + 1 : kUnbounded;
+      continue;
+    }
     if (!outcome.found()) break;
+    EXPECT_LE(outcome.skeleton->cost, most);
     EXPECT_GE(outcome.skeleton->cost, before);
     before = outcome.skeleton->cost;
     if (options.unit_costs) {
@@ -107,12 +119,14 @@ Instance Make(uint64_t seed, int attempt) {
 struct Search {
   const char* name;
   SkeletonOptions options;
+  bool stops = false;
 };
 
 std::vector<Search> Searches() {
   return {{"astar", {.first_at_once = true}},
           {"astar, strengthened soon", {.strengthen_after = 2}},
           {"astar without symmetry", {.symmetry = false}},
+          {"astar, stopped again and again", {}, true},
           {"dijkstra", {.blind = true, .first_at_once = true}},
           {"bfs", {.blind = true, .unit_costs = true}}};
 }
@@ -139,7 +153,7 @@ void CompareSearches(const Instance& instance, Paths& paths, const Expected& exp
     SkeletonOptions options = search.options;
     options.skip_revisits = !revisits;
     if (expected.longest > 0) options.max_actions = expected.longest;
-    Found found = Enumerate(instance.task, instance.goal, options);
+    Found found = Enumerate(instance.task, instance.goal, options, search.stops);
     if (instance.goal && !revisits) found.plans = WithoutFiner(found.plans, paths);
     ASSERT_EQ(found.plans, expected.plans);
     if (expected.longest < 0) {
