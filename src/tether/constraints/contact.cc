@@ -197,7 +197,9 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
   const geometry::Shape* a = context.ShapeOf(tool);
   const geometry::Shape* b = context.ShapeOf(object);
   if (a == nullptr || b == nullptr) return {};
-  const math::Pose X_WB = context.PoseAt({object, step - 1}), X_WA = context.PoseAt({tool, step - 1});
+  // A push that nothing came before speaks of the start itself.
+  const int before = std::max(step - 1, -1);
+  const math::Pose X_WB = context.PoseAt({object, before}), X_WA = context.PoseAt({tool, before});
   const Vector3d up_B = -context.DownFace(object);
   const Vector3d down_A = tool == kHand ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
   const Vector3d toward_W = context.X_WBase().p - X_WB.p;

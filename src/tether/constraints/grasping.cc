@@ -358,7 +358,8 @@ Kind GraspableKind() {
           "one of these ways, "
           "closes along a direction in which the object fits between the fingers, is centred, its palm is "
           "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
-          "object. A hull is held where two of its sides lie "
+          "object. Friction of the pads holds its weight, with a quarter to spare, at the force that the step's "
+          "`gripper` verb closes with. A hull is held where two of its sides lie "
           "opposite each other, parallel to within 0.1 rad. The orientation that is "
           "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
           "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",

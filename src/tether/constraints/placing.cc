@@ -408,7 +408,8 @@ std::optional<Column> LocateSupported(const Context& context, const Parameters& 
 Kind RestsOnKind() {
   return {"rests_on",
           "The object stands on the other: the face that it last stood on is parallel to the other's upper "
-          "face and touches it. Three smooth "
+          "face and touches it. A compound may have several upper faces: which one is a choice, first those with room above "
+          "for the object and a hand. Three smooth "
           "rows, in place of a signed distance whose witness points are not unique between parallel faces.",
           "Paper A, eqs. (8), (12); ERRATA A7, A12",
           {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is put down"},

@@ -2,9 +2,16 @@
 
 #include <algorithm>
 
+#include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polytope.h"
 
 namespace tether::constraints {
+namespace {
+
+// Faces whose normals have less than this cosine are no one side, however small they are.
+constexpr double kSameSide = 0.98;
+
+}  // namespace
 
 using Eigen::Vector3d;
 
@@ -38,10 +45,32 @@ std::vector<FlatSide> FlatSides(const geometry::Part& part) {
       }
     }
   } else if (const auto* hull = std::get_if<geometry::Hull>(&part.primitive)) {
-    for (const geometry::Polytope::Face& face : hull->polytope->faces) {
+    const geometry::Polytope& polytope = *hull->polytope;
+    std::vector<bool> taken(polytope.faces.size(), false);
+    for (size_t i = 0; i < polytope.faces.size(); ++i) {
+      if (taken[i]) continue;
+      const geometry::Polytope::Face& face = polytope.faces[i];
       FlatSide& side = add(face.normal, face.offset, std::to_string(sides.size() + 1));
+      // What is one side but for how its corners were rounded.
+      bool merged = false;
+      for (size_t j = i + 1; j < polytope.faces.size(); ++j) {
+        if (taken[j] || polytope.faces[j].normal.dot(face.normal) < kSameSide) continue;
+        const std::vector<int>& others = polytope.faces[j].corners;
+        taken[j] = std::all_of(others.begin(), others.end(), [&](int corner) {
+          return face.normal.dot(polytope.vertices[static_cast<size_t>(corner)]) >=
+                 face.offset - geometry::kInputLength;
+        });
+        if (!taken[j]) continue;
+        merged = true;
+      }
+      if (merged) {
+        const geometry::FlatFacet flat =
+            geometry::SupportPolygon(geometry::Shape(std::vector<geometry::Part>{part}), side.normal);
+        side.corners = flat.points;
+        continue;
+      }
       for (const int corner : face.corners)
-        side.corners.push_back(part.X_SP * hull->polytope->vertices[static_cast<size_t>(corner)]);
+        side.corners.push_back(part.X_SP * polytope.vertices[static_cast<size_t>(corner)]);
     }
   }
   return sides;

@@ -1,12 +1,13 @@
 // What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tether/constraints/kind.h"
-#include "tether/experiment/generate.h"
 #include "tether/experiment/problem.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/checker.h"
@@ -25,13 +26,17 @@ constexpr const char* kDomain = R"((define (domain own)
   (:requirements :strips :typing :negative-preconditions :equality)
   (:types thing)
   (:predicates (inhand ?a - thing) (free) (on ?a ?b - thing) (tool ?a - thing) (pressed ?a - thing)
-    (pulled ?a - thing))
+    (pulled ?a - thing) (pusher ?a - thing))
   (:action pick :parameters (?a - thing) :precondition (and (free) (tool ?a)) :effect (and (inhand ?a) (not (free))))
   (:action place :parameters (?a ?b - thing) :precondition (and (inhand ?a) (not (= ?a ?b)))
     :effect (and (on ?a ?b) (free) (not (inhand ?a))))
-  (:action push :parameters (?a ?b ?c - thing) :precondition (and (inhand ?a) (not (= ?a ?b)) (on ?b ?c))
+  (:action push :parameters (?a ?b ?c - thing) :precondition (and (inhand ?a) (pusher ?a) (not (= ?a ?b)) (on ?b ?c))
     :effect (pulled ?b))
   (:action press :parameters (?a ?b - thing) :precondition (and (inhand ?a) (not (= ?a ?b))) :effect (pressed ?b))))";
+
+struct Texts {
+  std::string scenario, domain, problem;
+};
 
 /// Objects beside a table in front of a Panda. `movable`: names of those that can be picked.
 struct Scene {
@@ -45,7 +50,7 @@ struct Scene {
 };
 
 Scenario Load(const Scene& scene) {
-  GeneratedScenario texts;
+  Texts texts;
   texts.scenario = "format: tether.scenario/1\ntitle: find\nseed: 1\nrobots:\n  panda: " + scene.robot +
                    "\nobjects:\n  table:\n    shape: {box: " + scene.table +
                    "}\n    pose: {position: [0.9, 0, -0.25]}" + scene.things +
@@ -61,7 +66,7 @@ Scenario Load(const Scene& scene) {
   }
   texts.problem = "(define (problem find) (:domain own) (:objects table " + scene.fixed + " " + scene.movable +
                   " - thing) (:init " + init + ") (:goal " + scene.goal + "))";
-  return LoadGenerated(texts);
+  return LoadScenario("scenario.yaml", {{"scenario.yaml", texts.scenario}, {"domain.pddl", texts.domain}, {"problem.pddl", texts.problem}});
 }
 
 PlanReport Plan(const Scene& scene) {
@@ -178,6 +183,7 @@ TEST(PlanningFinds, WhatSomethingElseCouldMoveIsNotRefuted) {
   Scene scene;
   scene.things = Thing("b", "{box: [0.05, 0.05, 0.05]}", "{position: [0.95, 0.1, 0.025]}", kMass) + THook("1.5708");
   scene.movable = "b hook";
+  scene.init = "(pusher hook)";
   scene.goal = "(inhand b)";
   scene.max_actions = 2;
   const PlanReport report = Plan(scene);
@@ -190,7 +196,7 @@ TEST(PlanningFinds, TouchAlone) {
             "{position: [0.45, 0.25, 0.0125], rpy: [0, 1.5708, 0]}", kMass);
   for (const std::string button : {"{box: [0.05, 0.05, 0.06]}", "{cylinder: {radius: 0.03, length: 0.06}}",
                                    "{sphere: 0.03}"}) {
-    for (const std::string tool : {stick, THook("1.5708")}) {
+    for (const std::string& tool : std::vector<std::string>{stick, THook("1.5708")}) {
       Scene scene;
       scene.things = tool + Thing("button", button, "{position: [0.6, 0, 0.03]}");
       scene.fixed = "button";
@@ -230,7 +236,7 @@ TEST(PlanningFinds, MessagesNameTheCause) {
 /// What the executive would not grasp, planning refutes, and for the same reason.
 TEST(PlanningFinds, PlanAndRunDisagreeOnGraspability) {
   const auto plan = [](const std::string& shape, const std::string& more = "") {
-    GeneratedScenario texts;
+    Texts texts;
     texts.scenario = R"(format: tether.scenario/1
 title: can
 seed: 1
@@ -246,7 +252,7 @@ regions:
 task: {goal: 'F in(can,right)'}
 actions: [regions]
 )";
-    const Scenario scenario = LoadGenerated(texts);
+    const Scenario scenario = LoadScenario("scenario.yaml", {{"scenario.yaml", texts.scenario}});
     PlanningOverrides overrides;
     overrides.threads = 1;
     return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));

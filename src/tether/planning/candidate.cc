@@ -329,6 +329,25 @@ class CandidateRun {
       if (finding.amount > (finding.unit == nlp::Unit::kRadian ? options.feasible_rad : options.feasible_m))
         name(finding.step, finding.action + ": " + finding.label);
     }
+    report_.reason += LackOfRoom(report_.blocking);
+  }
+
+  /// Of constraints that block each other, what there is no room beside; the worst violation may be another one, since
+  /// the optimiser shares it out: "; no room for the hand beside can and box".
+  static std::string LackOfRoom(const std::vector<std::string>& blocking) {
+    const std::string word = "clearance(";
+    std::string of, beside;
+    for (const std::string& text : blocking) {
+      const size_t begin = text.find(word), comma = text.find(", ", begin), end = text.find(')', comma);
+      if (begin == std::string::npos || comma == std::string::npos || end == std::string::npos) continue;
+      const std::string moved = text.substr(begin + word.size(), comma - begin - word.size());
+      const std::string other = text.substr(comma + 2, end - comma - 2);
+      if (of.empty()) of = moved;
+      if (moved != of || beside.find(other) != std::string::npos) continue;
+      beside += (beside.empty() ? "" : " and ") + other;
+    }
+    if (beside.empty()) return "";
+    return "; no room for " + (of == constraints::kHand ? "the hand" : of) + " beside " + beside;
   }
 
   void Conclude() {

@@ -389,12 +389,13 @@ void Planner::Conclude() {
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      const auto proved = std::find_if(
-          report_.candidates.begin(), report_.candidates.end(),
-          [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
-      report_.message = proved == report_.candidates.end()
-                            ? "no sequence of actions reaches the goal"
-                            : "every sequence of actions is geometrically impossible: " + proved->reason;
+      // The proof that closed the last way, or with all of them the first.
+      const auto lasting = std::find_if(conflicts_.rbegin(), conflicts_.rend(), [](const task::Conflict& c) {
+        return c.kind == task::Conflict::Kind::kProved && (c.anywhere || !c.unless.empty());
+      });
+      const bool last = impossible_ && lasting != conflicts_.rend();
+      report_.message = "every sequence of actions is geometrically impossible: " +
+                        (last ? lasting->reason : report_.candidates.front().reason);
     }
   } else {
     report_.status = PlanStatus::kGaveUp;
