@@ -17,11 +17,11 @@ using math::Pose;
 
 // A footprint that fits with less room than this is not asked to fit, m.
 constexpr double kLeastSlack = 5e-4;
-// Polygons with more corners than kMostCorners stand for discs if their inscribed circle has this share of the radius
-// of the circle about them, and get one row per edge of the other polygon.
+// Polygons with more corners than kMostCorners stand for discs if their inscribed circle has this share of
+// the radius of the circle about them, and get one row per edge of the other polygon.
 constexpr double kRound = 0.97;
-// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face further
-// down.
+// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face
+// further down.
 constexpr double kRoomForHand = 0.12;
 constexpr double kNarrowScore = 0.5;
 constexpr double kLowerScore = 0.05;
@@ -87,8 +87,8 @@ bool IsHollow(const Context& context, const std::string& on, const UpperFace& to
   });
 }
 
-/// Which of several upper faces the object is put on at this step; those first where there is room above for it
-/// and a hand, and none where it does not fit itself.
+/// Which of several upper faces the object is put on at this step; those first where there is room above for
+/// it and a hand, and none where it does not fit itself.
 int ChooseFace(const Context& context, const std::string& object, const std::string& on,
                const std::vector<UpperFace>& faces) {
   const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
@@ -165,9 +165,8 @@ std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string
                                        const std::string& by, const Placement& placement, double margin) {
   const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
                           std::to_string(margin) + ")";
-  return context.memo().Get<Demand>(key, [&] {
-    return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
-  });
+  return context.memo().Get<Demand>(
+      key, [&] { return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin); });
 }
 
 }  // namespace tether::constraints

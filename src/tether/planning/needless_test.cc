@@ -28,8 +28,8 @@ constexpr const char* kDomain = R"((define (domain carry)
 
 std::shared_ptr<const symbolic::Task> CarryTask(const std::string& objects, const std::string& init,
                                                 const std::string& goal) {
-  const std::string problem = "(define (problem p) (:domain carry) (:objects " + objects + ") (:init (free) " +
-                              init + ") (:goal " + goal + "))";
+  const std::string problem = "(define (problem p) (:domain carry) (:objects " + objects +
+                              ") (:init (free) " + init + ") (:goal " + goal + "))";
   return symbolic::Task::Ground(
       symbolic::ParseProblem(problem, "problem", symbolic::ParseDomain(kDomain, "domain")));
 }
@@ -111,9 +111,8 @@ TEST_F(NeedlessTest, WhatMakesRoomIsNotNeedless) {
   EXPECT_EQ(actions.size(), 4u);
   EXPECT_EQ(actions.front(), "pick(b)");
   // The shorter one was tried, and failed.
-  EXPECT_TRUE(std::any_of(report.candidates.begin(), report.candidates.end(), [](const auto& c) {
-    return c.plan.actions.size() == 2 && !c.feasible();
-  }));
+  EXPECT_TRUE(std::any_of(report.candidates.begin(), report.candidates.end(),
+                          [](const auto& c) { return c.plan.actions.size() == 2 && !c.feasible(); }));
 }
 
 // Find sort8_endless: orders of what does not depend on each other are one, and planning ends.
@@ -232,8 +231,7 @@ TEST_F(NeedlessTest, LengthsDoNotProfitFromStops) {
   AddPlate("bin", 0.45, -0.3);
   const auto cost = [&](Objective objective, const std::string& goal) {
     problem_.program.objective = objective;
-    const PlanReport report =
-        PlanTask(problem_, *CarryTask("b bin", "(block b) (plate bin)", goal));
+    const PlanReport report = PlanTask(problem_, *CarryTask("b bin", "(block b) (plate bin)", goal));
     EXPECT_TRUE(report.ok()) << report.message;
     return report.best()->plan.cost;
   };

@@ -62,8 +62,8 @@ std::vector<Packing::Group> Packing::FindGroups(const std::vector<BoundStep>& st
       const StepSchema& before = steps[static_cast<size_t>(s)].schema;
       if (before.control == kHand && before.target == step.schema.control) pick = s;
     }
-    auto group = std::find_if(all.begin(), all.end(),
-                              [&](const Group& g) { return g.support == step.schema.target; });
+    auto group =
+        std::find_if(all.begin(), all.end(), [&](const Group& g) { return g.support == step.schema.target; });
     if (group == all.end()) group = all.insert(all.end(), {step.schema.target, {}});
     group->placings.push_back({t, pick, step.schema.control});
   }
@@ -99,8 +99,8 @@ bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, s
     const Pose X_WGuess = guess_.tree.PoseAt(placing.object, placing.step, guess_.guess.poses);
     const geometry::Aabb box = geometry::BoundingBox(*facts_.ShapeOf(placing.object), X_WGuess);
     const double raise = placing.pick < 0 ? 0 : fit.raised * (box.upper.z() - box.lower.z());
-    const Pose X_OHand = math::Between(
-        X_WGuess, Raised(guess_.tree.PoseAt(kHand, placing.step, guess_.guess.poses), raise));
+    const Pose X_OHand =
+        math::Between(X_WGuess, Raised(guess_.tree.PoseAt(kHand, placing.step, guess_.guess.poses), raise));
     const Vector2d wanted = (X_WS.Inverse() * X_WGuess.p).head<2>();
     bool placed = false;
     for (const Vector2d& p_S : Places(support, wanted, fit.attempt, random)) {

@@ -1,7 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cmath>
 #include <future>
 #include <map>
 #include <set>
@@ -39,10 +39,10 @@ constexpr int kMostOrders = 300;
 constexpr double kMuchShorter = 0.98;
 
 /// The outer loop: sequences come from the task search in its order. Each waits for those of its parts that
-/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is passed
-/// over. So are other orders of what is feasible. The others are candidates; they are dealt with one after
-/// another, each by what came of those before it. What other threads begin ahead is taken over only if its
-/// turn comes, so that the number of threads changes nothing but the time.
+/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is
+/// passed over. So are other orders of what is feasible. The others are candidates; they are dealt with one
+/// after another, each by what came of those before it. What other threads begin ahead is taken over only if
+/// its turn comes, so that the number of threads changes nothing but the time.
 class Planner {
  public:
   Planner(const Problem& problem, const symbolic::Task& task, const CandidateCallback& on_candidate)
@@ -70,7 +70,7 @@ class Planner {
   /// A sequence, and what is known of it before its turn.
   struct Candidate {
     std::vector<int> actions;
-    int index = 0;  // in the order of finding
+    int index = 0;                      // in the order of finding
     std::future<Verdict> verdict = {};  // if it was begun ahead; its destructor waits
   };
   enum class Fate {
@@ -181,8 +181,7 @@ class Planner {
     }
     passed_over_ = 0;
     double bound = 0;
-    if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only)
-      bound = BoundOf(actions);
+    if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only) bound = BoundOf(actions);
     // It can't be among the best.
     if (EnoughWithout(bound)) {
       fates_[actions] = Fate::kPassedOver;
@@ -206,8 +205,8 @@ class Planner {
     return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
   }
 
-  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if there
-  /// is none.
+  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if
+  /// there is none.
   std::vector<int> ShorterOrder(const std::vector<int>& actions) {
     std::vector<int> best = actions;
     std::vector<std::vector<int>> others = subsequences_.Exchanged(best);

@@ -31,7 +31,8 @@ constexpr const char* kDomain = R"((define (domain blocks)
 
 std::shared_ptr<const symbolic::Task> Blocks(const std::string& goal) {
   const std::string problem =
-      "(define (problem p) (:domain blocks) (:objects a b c d tray bin) (:init (free) (place tray) (place bin) "
+      "(define (problem p) (:domain blocks) (:objects a b c d tray bin) (:init (free) (place tray) (place "
+      "bin) "
       "(block a) (block b) (block c) (block d)) (:goal " +
       goal + "))";
   return symbolic::Task::Ground(
@@ -74,8 +75,9 @@ TEST_F(SubsequencesTest, WhatIsNeededHasNoPartThatDoes) {
 
 TEST_F(SubsequencesTest, EveryPartThatDoesIsFoundShortOnesFirst) {
   Use("(on b tray)");
-  EXPECT_THAT(Find({"look(a)", "look(b)", "pick(b)", "put(b,tray)"}),
-              ElementsAre("pick(b) put(b,tray)", "look(a) pick(b) put(b,tray)", "look(b) pick(b) put(b,tray)"));
+  EXPECT_THAT(
+      Find({"look(a)", "look(b)", "pick(b)", "put(b,tray)"}),
+      ElementsAre("pick(b) put(b,tray)", "look(a) pick(b) put(b,tray)", "look(b) pick(b) put(b,tray)"));
   // What is left out must leave the rest applicable: not pick(a) alone.
   EXPECT_THAT(Find({"pick(a)", "put(a,bin)", "pick(b)", "put(b,tray)"}), ElementsAre("pick(b) put(b,tray)"));
 }
@@ -89,8 +91,8 @@ TEST_F(SubsequencesTest, ATemporalGoalMayNeedWhatTheLastStateDoesNot) {
 
 TEST_F(SubsequencesTest, PartsThatComeBackToAStateAreTold) {
   Use("(on b tray)");
-  for (const Subsequence& part : subsequences_->Find(
-           Numbers({"look(a)", "look(a)", "pick(b)", "put(b,tray)"})))
+  for (const Subsequence& part :
+       subsequences_->Find(Numbers({"look(a)", "look(a)", "pick(b)", "put(b,tray)"})))
     EXPECT_EQ(part.revisits, Text(part.actions) == "look(a) look(a) pick(b) put(b,tray)");
 }
 
@@ -98,19 +100,18 @@ TEST_F(SubsequencesTest, LongSequencesLoseOneActionAfterTheOther) {
   Use("(and (on a tray) (on b tray) (on c tray) (on d tray))");
   std::vector<std::string> long_one;
   for (const std::string block : {"a", "b", "c", "d"}) {
-    for (const std::string& action :
-         {"look(" + block + ")", "pick(" + block + ")", "put(" + block + ",bin)", "pick(" + block + ")",
-          "put(" + block + ",tray)"})
+    for (const std::string& action : {"look(" + block + ")", "pick(" + block + ")", "put(" + block + ",bin)",
+                                      "pick(" + block + ")", "put(" + block + ",tray)"})
       long_one.push_back(action);
   }
   ASSERT_GT(long_one.size(), Subsequences::kExact);
   const std::vector<std::string> parts = Find(long_one);
   ASSERT_FALSE(parts.empty());
-  EXPECT_EQ(parts.front(),
-            "pick(a) put(a,tray) pick(b) put(b,tray) pick(c) put(c,tray) pick(d) put(d,tray)");
+  EXPECT_EQ(parts.front(), "pick(a) put(a,tray) pick(b) put(b,tray) pick(c) put(c,tray) pick(d) put(d,tray)");
   // Each action by itself, too.
   std::vector<std::string> without_the_last_look = long_one;
-  without_the_last_look.erase(std::find(without_the_last_look.begin(), without_the_last_look.end(), "look(d)"));
+  without_the_last_look.erase(
+      std::find(without_the_last_look.begin(), without_the_last_look.end(), "look(d)"));
   EXPECT_THAT(parts, ::testing::Contains(Text(Numbers(without_the_last_look))));
 }
 
@@ -170,7 +171,8 @@ TEST_F(SubsequencesTest, OrdersOfIndependentPartsHaveOneForm) {
   } while (std::next_permutation(blocks.begin(), blocks.end()));
   EXPECT_EQ(forms.size(), 1u);
   // Each exchange of two neighbours, and of longer parts.
-  EXPECT_EQ(subsequences_->Exchanged(Numbers({"pick(a)", "put(a,tray)", "pick(b)", "put(b,tray)"})).size(), 1u);
+  EXPECT_EQ(subsequences_->Exchanged(Numbers({"pick(a)", "put(a,tray)", "pick(b)", "put(b,tray)"})).size(),
+            1u);
   // What comes last on a block depends on the order.
   EXPECT_NE(Text(subsequences_->NormalOrder(Numbers({"pick(a)", "put(a,bin)", "pick(a)", "put(a,tray)"}))),
             Text(subsequences_->NormalOrder(Numbers({"pick(a)", "put(a,tray)", "pick(a)", "put(a,bin)"}))));
