@@ -79,7 +79,8 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
       ->type_name("NAME");
   command
       .add_option("--max-iterations", overrides.max_iterations,
-                  "Iterations of one solve of a candidate's key poses, in the solver's own unit (default: what it needs)")
+                  "Iterations of one solve of a candidate's key poses, in the solver's own unit (default: "
+                  "what it needs)")
       ->type_name("N");
 }
 

@@ -160,10 +160,29 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
                                 const Vector3d& down_O, const Fingers& fingers, const Load& load,
                                 bool only_approach, GraspFlaws& flaws) {
   const Part& part = shape.parts[static_cast<size_t>(index)];
-  std::vector<Grasp> grasps = ShapesOfGrasps(part, approach_O, fingers);
+  // From the lowest of the object to the highest grasp point that the part offers: for all closing directions alike.
+  const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);
+  const double needed = fingers.pad_half_height.value_or(0);
+  const double margin = MarginIn(part, load.margin, height);
+  if (height - margin < needed - kLowSlack) {
+    flaws.TooLow(height, needed + margin, only_approach);
+    return {};
+  }
+  const bool weighed = load.force && fingers.pad_half_height;
+  const double held = weighed ? HeldMass(fingers, *load.force, load.friction) : 0;
+  const auto too_heavy = [&](double closing_down) {
+    // What the fingers close along, friction need not hold.
+    return weighed && load.mass * std::sqrt(std::max(0.0, 1 - closing_down * closing_down)) > held;
+  };
+  const double steepest = std::sqrt(std::max(0.0, 1 - std::pow(approach_O.dot(down_O), 2)));
+  if (too_heavy(steepest)) {
+    flaws.TooHeavy(load, held, only_approach);
+    return {};
+  }
   const auto least = [&] {
     return LeastWidth(part.primitive, part.X_SP.R.transpose() * approach_O, only_approach);
   };
+  std::vector<Grasp> grasps = ShapesOfGrasps(part, approach_O, fingers);
   if (grasps.empty()) {
     const double width = least();
     if (width > fingers.max_opening) {
@@ -172,28 +191,15 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
       flaws.NoSides();
     }
   }
-  // From the lowest of the object to the highest grasp point that the part offers.
-  const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);
-  const double needed = fingers.pad_half_height.value_or(0);
-  const double margin = MarginIn(part, load.margin, height);
   std::erase_if(grasps, [&](Grasp& grasp) {
     grasp.part = index;
     if (grasp.width > fingers.widest) {
       flaws.TooWide(grasp.width, least(), fingers);
       return true;
     }
-    if (height - margin < needed - kLowSlack) {
-      flaws.TooLow(height, needed + margin, only_approach);
+    if (too_heavy(grasp.closing_O ? grasp.closing_O->dot(down_O) : 0)) {
+      flaws.TooHeavy(load, held, false);
       return true;
-    }
-    if (load.force && fingers.pad_half_height) {
-      // What the fingers close along, friction need not hold.
-      const double along = grasp.closing_O ? grasp.closing_O->dot(down_O) : 0;
-      const double held = HeldMass(fingers, *load.force, load.friction);
-      if (load.mass * std::sqrt(std::max(0.0, 1 - along * along)) > held) {
-        flaws.TooHeavy(load, held, only_approach);
-        return true;
-      }
     }
     return false;
   });

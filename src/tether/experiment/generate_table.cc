@@ -241,8 +241,8 @@ GeneratedScenario GenerateSort(int objects, int regions, uint64_t seed) {
 
 GeneratedScenario GenerateBin(int objects, uint64_t seed) {
   const Random random = Random(seed).Split("bin");
-  SceneDraft draft = MakeDraft("A bin for " + std::to_string(objects),
-                               "bin --objects " + std::to_string(objects), seed);
+  SceneDraft draft =
+      MakeDraft("A bin for " + std::to_string(objects), "bin --objects " + std::to_string(objects), seed);
   draft.about = "All cubes go into the bin, in any order: the first plan is taken.";
   draft.max_actions = 2 * objects;
   draft.max_plans = 1;
@@ -257,12 +257,10 @@ GeneratedScenario GenerateBin(int objects, uint64_t seed) {
   const double level = kFloor + 0.5 * height;
   DraftObject bin;
   bin.name = "bin";
-  bin.shape = geometry::Shape(
-      std::vector<geometry::Part>{wall({outside, outside, kFloor}, {0, 0, 0.5 * kFloor}),
-                                  wall({outside, kWall, height}, {0, middle, level}),
-                                  wall({outside, kWall, height}, {0, -middle, level}),
-                                  wall({kWall, inside, height}, {middle, 0, level}),
-                                  wall({kWall, inside, height}, {-middle, 0, level})});
+  bin.shape = geometry::Shape(std::vector<geometry::Part>{
+      wall({outside, outside, kFloor}, {0, 0, 0.5 * kFloor}),
+      wall({outside, kWall, height}, {0, middle, level}), wall({outside, kWall, height}, {0, -middle, level}),
+      wall({kWall, inside, height}, {middle, 0, level}), wall({kWall, inside, height}, {-middle, 0, level})});
   bin.p_W = {DrawLength(sizes, 0.42, 0.48), OnGrid(side * DrawLength(sizes, 0.27, 0.31), 0.001), 0};
   bin.colour = 1;
   draft.objects = {MakeBench(), bin};
@@ -281,7 +279,8 @@ GeneratedScenario GenerateBin(int objects, uint64_t seed) {
     Random places = random.Split("attempt " + std::to_string(attempt));
     bool complete = true;
     for (DraftObject cube : drawn) {
-      complete = complete && PlaceIn(area, places, cube, [&] { return draft.IsClear(cube, 0.04, {"bench"}); });
+      complete =
+          complete && PlaceIn(area, places, cube, [&] { return draft.IsClear(cube, 0.04, {"bench"}); });
       draft.objects.push_back(cube);
     }
     if (complete) break;
@@ -300,8 +299,8 @@ GeneratedScenario GenerateBin(int objects, uint64_t seed) {
 
 GeneratedScenario GenerateCrowd(int objects, uint64_t seed) {
   const Random random = Random(seed).Split("crowd");
-  SceneDraft draft = MakeDraft("A crowd of " + std::to_string(objects),
-                               "crowd --objects " + std::to_string(objects), seed);
+  SceneDraft draft =
+      MakeDraft("A crowd of " + std::to_string(objects), "crowd --objects " + std::to_string(objects), seed);
   draft.about = "The target goes onto the mat; what stands around is far enough away to be no matter.";
   draft.max_actions = 2;
   DraftObject floor = MakeBench();

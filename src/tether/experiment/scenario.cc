@@ -453,8 +453,8 @@ class ScenarioParser {
     planning.robot = reader.Bool("robot", planning.robot);
     if (reader.Optional("max_plans") != nullptr)
       planning.max_plans = ReadCount(reader, "max_plans", 0, 0, "a number of plans; 0: all");
-    planning.min_candidates = ReadCount(reader, "min_candidates", planning.min_candidates, 1,
-                                        "a number of candidates above zero");
+    planning.min_candidates =
+        ReadCount(reader, "min_candidates", planning.min_candidates, 1, "a number of candidates above zero");
     planning.patience = ReadBound(reader, "patience", planning.patience, "a factor of zero or more");
     planning.threads =
         ReadCount(reader, "threads", planning.threads, 0, "a number of threads; 0: all processors");

@@ -50,18 +50,18 @@ struct GlobalConstraint {
 };
 
 struct PlanningSettings {
-  std::string solver = "native";                       ///< native, ipopt or nlopt.
-  double weight_translation = 0.5;                     ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
-  double weight_rotation = 1.5;                        ///< β, on θ² in rad².
-  std::string objective = "squares";                   ///< squares or length.
-  bool home = true;                                    ///< First and last key pose are the hand's start.
-  bool robot = true;                                   ///< Reach and grasp of the robot constrain the plan.
+  std::string solver = "native";      ///< native, ipopt or nlopt.
+  double weight_translation = 0.5;    ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
+  double weight_rotation = 1.5;       ///< β, on θ² in rad².
+  std::string objective = "squares";  ///< squares or length.
+  bool home = true;                   ///< First and last key pose are the hand's start.
+  bool robot = true;                  ///< Reach and grasp of the robot constrain the plan.
   /// Only the best so many are wanted; 0: all. None: the best, and what is met on the way to it.
   std::optional<int> max_plans;
   int min_candidates = planning::SearchOptions().min_candidates;
   double patience = planning::SearchOptions().patience;
-  int threads = 0;                                     ///< 0: as many as there are processors.
-  double time_limit_s = 0;                             ///< Wall clock; 0: no limit.
+  int threads = 0;          ///< 0: as many as there are processors.
+  double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   /// Of one solve, in the solver's own unit; none: what the solver needs (planning::EffortOf).
   std::optional<int> max_iterations;
 };

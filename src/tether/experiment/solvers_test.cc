@@ -19,11 +19,12 @@ struct Case {
 
 /// Costs of the feasible candidates, cheapest first: those of Table I, and of the other scenes.
 const std::map<std::string, std::vector<double>>& KnownCosts() {
-  static const std::map<std::string, std::vector<double>> costs = {{"workspace_reach", {0.3252, 0.3269, 0.4260}},
-                                                                   {"hanoi", {0.4894, 0.5486}},
-                                                                   {"tool_use", {0.2878, 0.3761}},
-                                                                   {"stacking", {1.1636}},
-                                                                   {"parts", {0.7143}}};
+  static const std::map<std::string, std::vector<double>> costs = {
+      {"workspace_reach", {0.3252, 0.3269, 0.4260}},
+      {"hanoi", {0.4894, 0.5486}},
+      {"tool_use", {0.2878, 0.3761}},
+      {"stacking", {1.1636}},
+      {"parts", {0.7143}}};
   return costs;
 }
 
@@ -65,9 +66,8 @@ std::vector<Case> Cases() {
   return cases;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()), [](const auto& info) {
-  return info.param.solver + "_" + info.param.scenario;
-});
+INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()),
+                         [](const auto& info) { return info.param.solver + "_" + info.param.scenario; });
 
 // max_iterations means what it says, with every solver: as many as that, be it more or fewer than needed.
 TEST(MaxIterationsTest, IsTheBoundOfOneSolve) {

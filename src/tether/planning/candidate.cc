@@ -32,6 +32,8 @@ constexpr int kArrangements = 16;
 // So many of them that are feasible are compared; ways that are tried before.
 constexpr int kMostArranged = 3;
 constexpr int kBeforeArranging = 4;
+// Where no arrangement is feasible either, so many ways are tried in all: another order is likelier to do.
+constexpr int kAfterArranging = 8;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // Constraints named as blocking each other, at most.
@@ -173,13 +175,14 @@ class CandidateRun {
 
   /// Where several objects come onto one support: from places for all of them that were found together, the
   /// best of a few that are feasible.
-  void TryArrangements(const Variant& variant) {
-    if (!Packing::IsNeeded(steps_)) return;
+  /// False if there are not so many on any support.
+  bool TryArrangements(const Variant& variant) {
+    if (!Packing::IsNeeded(steps_)) return false;
     const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
-    if (!guess.refutations.empty()) return;
+    if (!guess.refutations.empty()) return true;
     const Packing packing(facts_, steps_, guess);
     // With less clearance the places that each found by itself may do.
-    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return;
+    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return true;
     int feasible_ones = 0;
     for (int attempt = 0; attempt < kArrangements && feasible_ones < kMostArranged && !limits_.Over();
          ++attempt) {
@@ -194,6 +197,7 @@ class CandidateRun {
       all_refuted_ = false;
       if (SolveAndJudge(key_poses, attempt, effort_.restart)) ++feasible_ones;
     }
+    return true;
   }
 
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
@@ -204,19 +208,20 @@ class CandidateRun {
       NoteRefutation(way);
       if (refuted_actions_ > 0) return;
     }
-    int count = 0;
+    int count = 0, most = problem_.program.max_variants;
     for (const Way& way : ways.open) {
       if (feasible() && kWorthTrying * way.promise > report_.plan.cost) break;
       if (tried && way.variant.empty()) continue;
       if (BeginsBadly(way)) continue;
       // A way that was not tried leaves the candidate without a proof.
-      if (limits_.Over() || ++count > problem_.program.max_variants) {
+      if (limits_.Over() || ++count > most) {
         exhausted_ = false;
         break;
       }
       KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
       Try(way, key_poses);
-      if (!feasible() && count == kBeforeArranging) TryArrangements(ways.open.front().variant);
+      if (!feasible() && count == kBeforeArranging && TryArrangements(ways.open.front().variant))
+        most = std::min(most, kAfterArranging);
     }
     if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
   }
@@ -328,6 +333,25 @@ class CandidateRun {
       if (finding.amount > (finding.unit == nlp::Unit::kRadian ? options.feasible_rad : options.feasible_m))
         name(finding.step, finding.action + ": " + finding.label);
     }
+    report_.reason += LackOfRoom(report_.blocking);
+  }
+
+  /// Of constraints that block each other, what there is no room beside; the worst violation may be another
+  /// one, since the optimiser shares it out: "; no room for the hand beside can and box".
+  static std::string LackOfRoom(const std::vector<std::string>& blocking) {
+    const std::string word = "clearance(";
+    std::string of, beside;
+    for (const std::string& text : blocking) {
+      const size_t begin = text.find(word), comma = text.find(", ", begin), end = text.find(')', comma);
+      if (begin == std::string::npos || comma == std::string::npos || end == std::string::npos) continue;
+      const std::string moved = text.substr(begin + word.size(), comma - begin - word.size());
+      const std::string other = text.substr(comma + 2, end - comma - 2);
+      if (of.empty()) of = moved;
+      if (moved != of || beside.find(other) != std::string::npos) continue;
+      beside += (beside.empty() ? "" : " and ") + other;
+    }
+    if (beside.empty()) return "";
+    return "; no room for " + (of == constraints::kHand ? "the hand" : of) + " beside " + beside;
   }
 
   void Conclude() {

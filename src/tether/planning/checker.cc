@@ -149,6 +149,12 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   if (problem.robot.model != nullptr && !q.empty()) arm.emplace(facts);
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
   const constraints::Memo memo;
+  std::vector<const geometry::Shape*> shapes;
+  std::vector<size_t> frames;
+  for (const std::string& solid : facts.solids()) {
+    shapes.push_back(facts.ShapeOf(solid));
+    frames.push_back(static_cast<size_t>(tree.IndexOf(solid)));
+  }
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const BoundStep& step = steps[static_cast<size_t>(t)];
     collector.BeginStep(t, step.action);
@@ -160,18 +166,19 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     const std::vector<bool> moved = MovedSolids(facts, tree, step.schema.control, t);
     std::vector<Pose> X_W;
     tree.PosesAt(t, poses, X_W);
+    std::vector<geometry::Aabb> boxes;
+    for (size_t i = 0; i < solids.size(); ++i)
+      boxes.push_back(geometry::BoundingBox(*shapes[i], X_W[frames[i]]));
     for (size_t i = 0; i < solids.size(); ++i) {
       if (!moved[i]) continue;
       const std::string& a = solids[i];
-      const Pose& X_WA = X_W[static_cast<size_t>(tree.IndexOf(a))];
-      const geometry::Shape& shape_a = *facts.ShapeOf(a);
-      const geometry::Aabb box_a = geometry::BoundingBox(shape_a, X_WA);
+      const Pose& X_WA = X_W[frames[i]];
+      const geometry::Shape& shape_a = *shapes[i];
       for (size_t j = 0; j < solids.size(); ++j) {
         const std::string& b = solids[j];
-        if (moved[j] || Allowed(step.schema, a, b)) continue;
-        const Pose& X_WB = X_W[static_cast<size_t>(tree.IndexOf(b))];
-        const geometry::Shape& shape_b = *facts.ShapeOf(b);
-        if (box_a.DistanceTo(geometry::BoundingBox(shape_b, X_WB)) > 0) continue;
+        if (moved[j] || boxes[i].DistanceTo(boxes[j]) > 0 || Allowed(step.schema, a, b)) continue;
+        const Pose& X_WB = X_W[frames[j]];
+        const geometry::Shape& shape_b = *shapes[j];
         if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
         const geometry::Distance distance = geometry::SignedDistance(shape_a, X_WA, shape_b, X_WB);
         collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance, [&] {

@@ -13,8 +13,9 @@ namespace tether::planning {
 /// Several objects that a skeleton puts down on one support, and how they may be arranged there. Each by
 /// itself finds its place; whether all of them do depends on all places together. An arrangement puts one
 /// after the other, as the skeleton does, on a grid over the support, in an order of the grid's places that
-/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects as they
-/// came or else along the support's edges, clear of all that stands there, and the hand too. The optimiser begins there.
+/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects as
+/// they came or else along the support's edges, clear of all that stands there, and the hand too. The
+/// optimiser begins there.
 class Packing {
  public:
   /// Fewer objects than this on one support need no arranging.
@@ -34,8 +35,8 @@ class Packing {
 
  private:
   struct Placing {
-    int step;        // that puts it down
-    int pick;        // that took it into the hand; −1: none
+    int step;  // that puts it down
+    int pick;  // that took it into the hand; −1: none
     std::string object;
   };
   struct Group {

@@ -68,7 +68,7 @@ enum class SearchMethod {
 /// Limits of the search for candidates.
 struct SearchOptions {
   SearchMethod method = SearchMethod::kAstar;
-  int max_actions = 0;      ///< 0: no limit.
+  int max_actions = 0;  ///< 0: no limit.
   /// Only the best so many are wanted; 0: every candidate. None: the best one, and the others that were met
   /// on the way to it.
   std::optional<int> max_plans;

@@ -233,9 +233,11 @@ class WayChecker {
   void FindSolids() {
     if (!resting_.empty() || !moving_.empty()) return;
     const std::vector<std::string>& solids = facts_.solids();
+    std::vector<Pose> all;
+    tree_.PosesAt(step_, poses_, all);
     for (size_t i = 0; i < solids.size(); ++i) {
       const geometry::Shape& shape = *facts_.ShapeOf(solids[i]);
-      const Pose X_W = tree_.PoseAt(solids[i], step_, poses_);
+      const Pose& X_W = all[static_cast<size_t>(tree_.IndexOf(solids[i]))];
       const bool is_hand = solids[i] == kHand;
       const bool moves = is_hand || Moves(static_cast<int>(i));
       (moves ? moving_ : resting_)

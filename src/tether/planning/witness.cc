@@ -28,6 +28,9 @@ WitnessSearch::WitnessSearch(const SceneFacts& facts, const FrameTree& tree)
   problem_.rest = robot.model->home();
   problem_.clearance = kLinkClearance;
   start_ = robot.q.size() > 0 ? robot.q : robot.model->home();
+  // The first joint turns the whole arm: a scene that is turned about the base, the hand with it, is the
+  // same.
+  problem_.rest[0] = start_[0];
   // What touches at the start is meant to.
   SetStep(tree, {}, -1);
   touching_.assign(names_.size(), {});
