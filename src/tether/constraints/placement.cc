@@ -15,11 +15,11 @@ using math::Pose;
 
 // A footprint that fits with less room than this is not asked to fit, m.
 constexpr double kLeastSlack = 5e-4;
-// Polygons with more corners than kMostCorners stand for discs if their inscribed circle has this share of the radius
-// of the circle about them, and get one row per edge of the other polygon.
+// Polygons with more corners than kMostCorners stand for discs if their inscribed circle has this share of
+// the radius of the circle about them, and get one row per edge of the other polygon.
 constexpr double kRound = 0.97;
-// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face further
-// down.
+// Room that a hand needs above what it puts down, m; scores of faces where there is less, and of each face
+// further down.
 constexpr double kRoomForHand = 0.12;
 constexpr double kNarrowScore = 0.5;
 constexpr double kLowerScore = 0.05;
@@ -67,8 +67,8 @@ double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
   return geometry::Support(shape, down) + geometry::Support(shape, -down);
 }
 
-/// Which of several upper faces the object is put on at this step; those first where there is room above for it
-/// and a hand, and none where it does not fit itself.
+/// Which of several upper faces the object is put on at this step; those first where there is room above for
+/// it and a hand, and none where it does not fit itself.
 int ChooseFace(const Context& context, const std::string& object, const std::string& on,
                const std::vector<UpperFace>& faces) {
   const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
@@ -78,7 +78,8 @@ int ChooseFace(const Context& context, const std::string& object, const std::str
     if (faces[i].facet.points.size() < 3 || faces[i].headroom <= height) continue;
     const bool roomy = faces[i].headroom > height + kRoomForHand;
     which.push_back(static_cast<int>(i));
-    options.push_back({"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + kLowerScore * static_cast<double>(i)});
+    options.push_back(
+        {"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + kLowerScore * static_cast<double>(i)});
   }
   if (which.empty()) return 0;
   std::vector<size_t> order(which.size());
@@ -143,9 +144,8 @@ std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string
                                        const std::string& by, const Placement& placement, double margin) {
   const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
                           std::to_string(margin) + ")";
-  return context.memo().Get<Demand>(key, [&] {
-    return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin);
-  });
+  return context.memo().Get<Demand>(
+      key, [&] { return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin); });
 }
 
 }  // namespace tether::constraints

@@ -88,17 +88,22 @@ void CheckRestsOn(const Context& context, const Parameters& parameters, Findings
   const Pose X_WA = context.PoseAt({object, context.step()}), X_WB = context.PoseAt({on, context.step()});
   const std::string label = "rests_on(" + object + ", " + on + ")";
   const double distance = geometry::SignedDistance(*a, X_WA, *b, X_WB).distance;
-  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance), [&] { return object + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") + on; });
+  findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance), [&] {
+    return object + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") + on;
+  });
   const double tilt = std::acos(
       std::clamp((X_WA.R * context.DownFace(object)).dot(X_WB.R * context.DownFace(on)), -1.0, 1.0));
-  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt, [&] { return object + " leans by " + InDegrees(tilt) + " on " + on; });
+  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt,
+                  [&] { return object + " leans by " + InDegrees(tilt) + " on " + on; });
   // On top of it or of one of its parts, not at its side.
   const Vector3d up_W = -(X_WB.R * context.DownFace(on)), up_B = X_WB.R.transpose() * up_W;
   const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p - X_WB.p);
   const double top = b->is_compound() ? FaceAtHeight(*UpperFacesOf(context, on), bottom).facet.offset
                                       : geometry::Support(*b, up_B);
-  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top), [&] { return object + " is " + InMillimetres(bottom - top) + (bottom > top ? " above" : " below") +
-                      " the upper face of " + on; });
+  findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top), [&] {
+    return object + " is " + InMillimetres(bottom - top) + (bottom > top ? " above" : " below") +
+           " the upper face of " + on;
+  });
 }
 
 /// All rows hold at X_BA.
@@ -323,7 +328,9 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   }
   const double inside =
       geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
-  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] { return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by; });
+  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] {
+    return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by;
+  });
   if (context.control() != object) return;
   for (const Balance& balance : BalancesOf(context, object, 0)) {
     std::vector<Pose> poses;
@@ -331,8 +338,10 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
     Eigen::VectorXd r(balance.function->size());
     balance.function->Evaluate(poses, r, nullptr);
     findings.Report("supported(" + object + ", " + by + "): " + balance.label, nlp::Unit::kMetre,
-                    r.maxCoeff(), [&] { return "the tower under " + object + " would fall: its centre of mass is " +
-                        InMillimetres(r.maxCoeff()) + " too far out (" + balance.label + ")"; });
+                    r.maxCoeff(), [&] {
+                      return "the tower under " + object + " would fall: its centre of mass is " +
+                             InMillimetres(r.maxCoeff()) + " too far out (" + balance.label + ")";
+                    });
   }
 }
 
@@ -386,7 +395,8 @@ std::optional<Column> LocateSupported(const Context& context, const Parameters& 
 Kind RestsOnKind() {
   return {"rests_on",
           "The object stands on the other: the face that it last stood on is parallel to the other's upper "
-          "face and touches it. A compound may have several upper faces: which one is a choice, first those with room above "
+          "face and touches it. A compound may have several upper faces: which one is a choice, first those "
+          "with room above "
           "for the object and a hand. Three smooth "
           "rows, in place of a signed distance whose witness points are not unique between parallel faces.",
           "Paper A, eqs. (8), (12); ERRATA A7, A12",

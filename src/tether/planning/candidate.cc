@@ -300,8 +300,8 @@ class CandidateRun {
     report_.reason += LackOfRoom(report_.blocking);
   }
 
-  /// Of constraints that block each other, what there is no room beside; the worst violation may be another one, since
-  /// the optimiser shares it out: "; no room for the hand beside can and box".
+  /// Of constraints that block each other, what there is no room beside; the worst violation may be another
+  /// one, since the optimiser shares it out: "; no room for the hand beside can and box".
   static std::string LackOfRoom(const std::vector<std::string>& blocking) {
     const std::string word = "clearance(";
     std::string of, beside;
@@ -326,8 +326,7 @@ class CandidateRun {
     }
     // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
     // are not among them.
-    const bool refuted =
-        (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
+    const bool refuted = (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";

@@ -30,14 +30,15 @@ class Collector final : public constraints::Findings {
     step_ = step;
     action_ = action;
   }
-  
+
  protected:
   void Take(const std::string& label, Unit unit, double amount, std::string cause) override {
     // A test that can't be evaluated is not passed.
     const double violation = std::isfinite(amount) ? std::max(0.0, amount) : 1e9;
     double& worst = unit == Unit::kRadian ? result_.max_violation_rad : result_.max_violation_m;
     worst = std::max(worst, violation);
-    if (violation > 1e-6) result_.findings.push_back({step_, action_, label, unit, violation, std::move(cause)});
+    if (violation > 1e-6)
+      result_.findings.push_back({step_, action_, label, unit, violation, std::move(cause)});
   }
 
  private:
@@ -165,14 +166,17 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
         const geometry::Shape &shape_a = *facts.ShapeOf(a), &shape_b = *facts.ShapeOf(b);
         if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
         const geometry::Distance distance = geometry::SignedDistance(shape_a, X_WA, shape_b, X_WB);
-        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance, [&] { return SaySolid(facts, a, distance.part_a) + " would be " +
-                             constraints::InMillimetres(distance.distance) + " inside " +
-                             SaySolid(facts, b, distance.part_b); });
+        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance, [&] {
+          return SaySolid(facts, a, distance.part_a) + " would be " +
+                 constraints::InMillimetres(distance.distance) + " inside " +
+                 SaySolid(facts, b, distance.part_b);
+        });
       }
     }
     const Pose X_WHand = tree.PoseAt(kHand, t, poses);
     if (problem.robot.model != nullptr)
-      collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand), [&] { return SayReach(problem.robot, X_WHand); });
+      collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand),
+                       [&] { return SayReach(problem.robot, X_WHand); });
     if (arm && static_cast<size_t>(t) < q.size() && q[static_cast<size_t>(t)].size() > 0)
       arm->Check(tree, poses, t, X_WHand, q[static_cast<size_t>(t)], collector);
     result.X_WHand.push_back(X_WHand);

@@ -111,8 +111,9 @@ TEST(HullPlanningTest, WhatHasNoOppositeSidesIsNotModelled) {
   const SceneFacts facts(problem);
   const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}));
   ASSERT_EQ(key_poses.refutations.size(), 1u);
-  EXPECT_THAT(key_poses.refutations[0],
-              HasSubstr("pick(box): not modelled: no two sides of box face each other across the fingers' approach"));
+  EXPECT_THAT(
+      key_poses.refutations[0],
+      HasSubstr("pick(box): not modelled: no two sides of box face each other across the fingers' approach"));
 }
 
 /// Rows of hulls keep what every row must: their Jacobians are exact.

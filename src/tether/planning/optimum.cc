@@ -16,9 +16,8 @@ constexpr int kClearanceRounds = 8;
 std::string FaceOf(const SceneFacts& facts, const BoundStep& step, const math::Pose& X_TC) {
   const std::string &control = step.schema.control, &target = step.schema.target;
   const geometry::Shape *object = facts.ShapeOf(control), *on = facts.ShapeOf(target);
-  const bool rests = std::any_of(step.constraints.begin(), step.constraints.end(), [](const BoundConstraint& c) {
-    return c.kind->name == "rests_on";
-  });
+  const bool rests = std::any_of(step.constraints.begin(), step.constraints.end(),
+                                 [](const BoundConstraint& c) { return c.kind->name == "rests_on"; });
   if (!rests || object == nullptr || on == nullptr || !on->is_compound()) return "";
   const Eigen::Vector3d up = -facts.DownFace(target);
   const std::vector<constraints::UpperFace> faces = constraints::UpperFaces(target, *on, up);
@@ -120,8 +119,7 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
   } else {
     const CheckResult check =
         CheckKeyPoses(facts, optimum.steps, result.x.poses, JointsOf(key_poses.witnesses));
-    ReportKeyPoses(facts, optimum.actions, optimum.steps, result.x.poses, key_poses.witnesses, check,
-                   report);
+    ReportKeyPoses(facts, optimum.actions, optimum.steps, result.x.poses, key_poses.witnesses, check, report);
     if (check.Feasible(problem.program) && AllWitnessed(facts, key_poses)) {
       report.status = CandidateStatus::kFeasible;
       report.reason.clear();

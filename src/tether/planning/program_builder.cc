@@ -148,7 +148,12 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand), .program = {}, .guess = {}, .choices = {}, .refutations = {}, .clearances = {}};
+  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand),
+                     .program = {},
+                     .guess = {},
+                     .choices = {},
+                     .refutations = {},
+                     .clearances = {}};
   std::vector<Exemption> exemptions;
   ProgramSink sink(out, exemptions, !start.guess_only);
 

@@ -30,14 +30,14 @@ struct JointBlock {
 struct KeyPoseProgram {
   FrameTree tree;
   nlp::Program program;
-  nlp::Point guess;                      ///< One pose per step: of its control frame in its target.
-  std::vector<ChoicePoint> choices;      ///< In the order in which they were met.
+  nlp::Point guess;                  ///< One pose per step: of its control frame in its target.
+  std::vector<ChoicePoint> choices;  ///< In the order in which they were met.
   /// Why there is no use in looking for poses in this variant; empty if there is.
   std::vector<std::string> refutations;
   /// The action that fails whatever the variant; −1: none.
   int refuted_action = -1;
-  /// Of that action: why, whether that is a proof (else it is beyond the model), and whether it fails whatever
-  /// comes before it.
+  /// Of that action: why, whether that is a proof (else it is beyond the model), and whether it fails
+  /// whatever comes before it.
   std::string refuted_reason = {};
   bool refuted_proved = false, refuted_anywhere = false;
   /// Every refutation is a row that the poses of the start break, and no choice bears on it.

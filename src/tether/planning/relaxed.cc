@@ -74,7 +74,8 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
   if (object != nullptr) length += 2 * geometry::BoundingRadius(object->shape);
   const double missing = p_RS.head<2>().norm() - extent - length;
   if (missing <= 0) return {};
-  return {"'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing), true};
+  return {"'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing),
+          true};
 }
 
 /// Why the hand can't take what a step without a key pose leaves to the executive, which asks the same.
@@ -153,8 +154,8 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
           reason = alone.report.reason;
           // From where things are at the start: not after something has moved them.
           unmoved = alone.unmoved;
-          const bool moved_before = std::any_of(
-              report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
+          const bool moved_before =
+              std::any_of(report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
                 return std::find(unmoved.begin(), unmoved.end(), step.control) != unmoved.end();
               });
           if (moved_before) status = CandidateStatus::kGaveUp;
