@@ -160,7 +160,8 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
                                 const Vector3d& down_O, const Fingers& fingers, const Load& load,
                                 bool only_approach, GraspFlaws& flaws) {
   const Part& part = shape.parts[static_cast<size_t>(index)];
-  // From the lowest of the object to the highest grasp point that the part offers: for all closing directions alike.
+  // From the lowest of the object to the highest grasp point that the part offers: for all closing directions
+  // alike.
   const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);
   const double needed = fingers.pad_half_height.value_or(0);
   const double margin = MarginIn(part, load.margin, height);

@@ -57,23 +57,11 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
     geometry::Polygon roomy;
     for (const Vector2d& corner : outline)
       roomy.push_back(corner + scene::RegionFit::kOutlineTolerance * std::sqrt(2) * corner.normalized());
-    const auto fits = [&](const Eigen::Matrix3d& R_RO) {
-      return geometry::FitsInside(Footprint(*object, R_RO), roomy).has_value();
-    };
+    // As it stands: nothing turns it over, since hands come from above and put things down as they took them.
     const Eigen::Matrix3d R_RO =
         math::Between(problem.scene.InitialPose(region.name), problem.scene.InitialPose(object->name)).R;
-    if (!fits(R_RO)) {
-      const std::string reason =
-          "the footprint of '" + object->name + "' does not fit into '" + region.name + "'";
-      // Nobody turns things over, but they might be.
-      for (const geometry::FlatFacet& face :
-           geometry::RestingFaces(object->shape, geometry::CentreOfMass(object->shape))) {
-        const Vector3d down = -Vector3d::UnitZ();
-        if (fits(Eigen::Quaterniond::FromTwoVectors(face.normal, down).toRotationMatrix()))
-          return {"not modelled: " + reason + " as it stands, but would on another side", false};
-      }
-      return {reason, true};
-    }
+    if (!geometry::FitsInside(Footprint(*object, R_RO), roomy))
+      return {"the footprint of '" + object->name + "' does not fit into '" + region.name + "'", true};
   }
   if (problem.robot.model == nullptr) return {};
   // A bound, whatever the height: from the column over the region's outline to the shoulder.
