@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "tether/geometry/distance.h"
@@ -12,10 +13,10 @@ namespace tether::experiment {
 namespace {
 
 constexpr double kTouch = 2e-3;
-// A body tips in steps of this angle, rad, at most so many; a lever below this does not tip it, m.
+// A body tips in steps of this angle, rad, at most so many, by lowering its centre of mass by more than this, m.
 constexpr double kTipStep = 0.005;
-constexpr int kTipSteps = 40;
-constexpr double kLevel = 1e-5;
+constexpr int kTipSteps = 40, kTipDirections = 24;
+constexpr double kLevel = 1e-9;
 
 }  // namespace
 
@@ -36,20 +37,26 @@ double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down) {
   // On a plane, the height of the centre of mass is the support function less its own part; it tips downhill.
   const Eigen::Vector3d centre = geometry::CentreOfMass(shape);
   const auto height = [&](const Eigen::Vector3d& d) { return geometry::Support(shape, d) - d.dot(centre); };
-  Eigen::Vector3d d = down.normalized();
-  const Eigen::Vector3d start = d;
+  const Eigen::Vector3d start = down.normalized();
+  Eigen::Vector3d d = start;
   double lowest = height(d);
   for (int step = 0; step < kTipSteps; ++step) {
-    Eigen::Vector3d uphill = geometry::SupportPoint(shape, d) - centre;
-    uphill -= d * d.dot(uphill);
-    if (uphill.norm() < kLevel) break;
-    const Eigen::Vector3d next = (d - kTipStep * uphill.normalized()).normalized();
-    const double then = height(next);
-    if (then >= lowest) break;
-    d = next;
-    lowest = then;
+    // The height has edges, along which its gradient leads nowhere: the best of many directions is taken.
+    const Eigen::Vector3d across = d.unitOrthogonal(), other = d.cross(across);
+    Eigen::Vector3d best = d;
+    for (int k = 0; k < kTipDirections; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kTipDirections;
+      const Eigen::Vector3d next =
+          (d + kTipStep * (std::cos(angle) * across + std::sin(angle) * other)).normalized();
+      const double then = height(next);
+      if (then >= lowest - kLevel) continue;
+      lowest = then;
+      best = next;
+    }
+    if (best == d) break;
+    d = best;
   }
-  return std::acos(std::clamp(d.dot(start), -1.0, 1.0));
+  return std::atan2(d.cross(start).norm(), d.dot(start));
 }
 
 std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene) {
