@@ -9,7 +9,7 @@
 namespace {
 
 constexpr int kInterrupted = 130;
-constexpr long kGraceNs = 350'000'000;
+constexpr long kGraceNs = 300'000'000;
 constexpr long kWaitNs = 20'000'000;  // Between looks at whether files are whole.
 constexpr int kMostWaits = 500;
 
