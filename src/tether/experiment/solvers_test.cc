@@ -67,7 +67,7 @@ std::vector<Case> Cases() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()),
-                         [](const auto& info) { return info.param.solver + "_" + info.param.scenario; });
+                         [](const auto& test) { return test.param.solver + "_" + test.param.scenario; });
 
 // max_iterations means what it says, with every solver: as many as that, be it more or fewer than needed.
 TEST(MaxIterationsTest, IsTheBoundOfOneSolve) {
