@@ -93,8 +93,8 @@ class RowSink {
 class Findings {
  public:
   virtual ~Findings() = default;
-  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians. `cause`, if given, is asked only
-  /// then, and says in words that follow the action what is wrong: "a leans by 3 degrees on b".
+  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians. `cause`, if given, is asked
+  /// only then, and says in words that follow the action what is wrong: "a leans by 3 degrees on b".
   template <typename Cause>
   void Report(const std::string& label, nlp::Unit unit, double amount, const Cause& cause) {
     Take(label, unit, amount, amount <= 0 ? std::string() : std::string(cause()));

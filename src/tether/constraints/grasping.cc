@@ -62,8 +62,7 @@ std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primi
   const double radius = capsule != nullptr ? capsule->radius : std::get<geometry::Cylinder>(primitive).radius;
   if (along_z) return {{std::nullopt, 2 * radius, "any direction"}};
   if (std::abs(approach_P.z()) > 0.1) return {};
-  std::vector<ClosingDirection> all{
-      {approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
+  std::vector<ClosingDirection> all{{approach_P.cross(Vector3d::UnitZ()).normalized(), 2 * radius, "across"}};
   // A short one by its ends, which are flat.
   if (capsule == nullptr) {
     const double length = std::get<geometry::Cylinder>(primitive).length;
@@ -248,7 +247,10 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const double tilt = std::acos(std::clamp(X_OH.R.col(2).dot(context.DownFace(object)), -1.0, 1.0));
   const std::string& approach = parameters.Text("approach");
   findings.Report(label + (approach == "down" ? ": approach from above" : ": approach"), nlp::Unit::kRadian,
-                  ApproachError(tilt, approach), [&] { return "the hand would come to " + object + " tilted by " + InDegrees(ApproachError(tilt, approach)); });
+                  ApproachError(tilt, approach), [&] {
+                    return "the hand would come to " + object + " tilted by " +
+                           InDegrees(ApproachError(tilt, approach));
+                  });
   // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
   const int index = geometry::DistanceToPoint(*shape, Pose(), X_OH.p).part;
   const Part& part = shape->parts[static_cast<size_t>(index)];
@@ -256,16 +258,22 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const double upper = PartSupport(part, closing) - closing.dot(X_OH.p);
   const double lower = PartSupport(part, -closing) + closing.dot(X_OH.p);
   const double opening = FingersOf(context.robot()).max_opening;
-  findings.Report(label + ": width between the fingers", nlp::Unit::kMetre, upper + lower - opening, [&] { return object + " is too wide there: " + InMillimetres(upper + lower) + ", and the fingers open " +
-                      InMillimetres(opening); });
-  findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower), [&] { return object + " is not midway between the fingers, but " + InMillimetres(0.5 * (upper - lower)) +
-                      " off"; });
+  findings.Report(label + ": width between the fingers", nlp::Unit::kMetre, upper + lower - opening, [&] {
+    return object + " is too wide there: " + InMillimetres(upper + lower) + ", and the fingers open " +
+           InMillimetres(opening);
+  });
+  findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower),
+                  [&] {
+                    return object + " is not midway between the fingers, but " +
+                           InMillimetres(0.5 * (upper - lower)) + " off";
+                  });
   if (std::holds_alternative<geometry::Hull>(part.primitive)) {
     // The fingers lie flat against what they close on.
     for (const Vector3d& outward : {closing, Vector3d(-closing)}) {
       const auto hit = geometry::CastRay(part.primitive, part.X_SP, X_OH.p, outward);
       const double angle = hit ? std::acos(std::clamp(hit->n_W.dot(outward), -1.0, 1.0)) : std::numbers::pi;
-      findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel, [&] { return "a finger would not lie on a side of " + object; });
+      findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel,
+                      [&] { return "a finger would not lie on a side of " + object; });
     }
   }
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
@@ -275,18 +283,24 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
       const geometry::Shape other({shape->parts[j]});
       inside = std::max(inside, -geometry::SignedDistance(*hand, X_OH, other, Pose()).distance);
     }
-    findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside, [&] { return "the open hand would be " + InMillimetres(inside) + " inside another part of " + object; });
+    findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside, [&] {
+      return "the open hand would be " + InMillimetres(inside) + " inside another part of " + object;
+    });
   }
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   const Vector3d down = X_OH.R.col(2);
   findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
-                  PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth, [&] { return object + " is too high to be grasped there: the palm would be " +
-                      InMillimetres(PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth) +
-                      " inside its top"; });
+                  PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth, [&] {
+                    return object + " is too high to be grasped there: the palm would be " +
+                           InMillimetres(PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth) +
+                           " inside its top";
+                  });
   const double below = down.dot(X_OH.p) + gripper.pad_half_height - geometry::Support(*shape, down);
-  findings.Report(label + ": pads not below it", nlp::Unit::kMetre, below, [&] { return object + " is too low to be grasped there: the fingers' pads would reach " + InMillimetres(below) +
-                      " below it"; });
+  findings.Report(label + ": pads not below it", nlp::Unit::kMetre, below, [&] {
+    return object + " is too low to be grasped there: the fingers' pads would reach " + InMillimetres(below) +
+           " below it";
+  });
 }
 
 }  // namespace
@@ -350,34 +364,35 @@ int GraspedPart(const Context& context, const std::string& object) {
 }
 
 Kind GraspableKind() {
-  return {"graspable",
-          "The hand stands so that its two fingers can close on the object: it approaches straight down, "
-          "towards the "
-          "face that the object stands on, or with `approach: side` level, with `tilted` half-way between, "
-          "with `any` in "
-          "one of these ways, "
-          "closes along a direction in which the object fits between the fingers, is centred, its palm is "
-          "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
-          "object. Friction of the pads holds its weight, with a quarter to spare, at the force that the step's "
-          "`gripper` verb closes with. A hull is held where two of its sides lie "
-          "opposite each other, parallel to within 0.1 rad. The orientation that is "
-          "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
-          "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
-          "Paper A, section VI-B; ERRATA A13",
-          {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
-           {"approach",
-            ParameterDoc::Type::kText,
-            false,
-            0,
-            0,
-            0,
-            {"down", "side", "tilted", "any"},
-            "direction of approach"}},
-          GuessGraspable,
-          BuildGraspable,
-          CheckGraspable,
-          nullptr,
-          AlignGraspable};
+  return {
+      "graspable",
+      "The hand stands so that its two fingers can close on the object: it approaches straight down, "
+      "towards the "
+      "face that the object stands on, or with `approach: side` level, with `tilted` half-way between, "
+      "with `any` in "
+      "one of these ways, "
+      "closes along a direction in which the object fits between the fingers, is centred, its palm is "
+      "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
+      "object. Friction of the pads holds its weight, with a quarter to spare, at the force that the step's "
+      "`gripper` verb closes with. A hull is held where two of its sides lie "
+      "opposite each other, parallel to within 0.1 rad. The orientation that is "
+      "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
+      "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
+      "Paper A, section VI-B; ERRATA A13",
+      {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
+       {"approach",
+        ParameterDoc::Type::kText,
+        false,
+        0,
+        0,
+        0,
+        {"down", "side", "tilted", "any"},
+        "direction of approach"}},
+      GuessGraspable,
+      BuildGraspable,
+      CheckGraspable,
+      nullptr,
+      AlignGraspable};
 }
 
 }  // namespace tether::constraints

@@ -165,7 +165,8 @@ void CheckInside(const Context& context, const Parameters& parameters, Findings&
     distance = geometry::DistanceToPoint(*shape, Pose(), X_OF.p).distance;
   }
   const std::string what = frame == kHand ? "the grasp point" : frame;
-  findings.Report(label, nlp::Unit::kMetre, distance, [&] { return what + " is " + InMillimetres(distance) + " outside of " + of; });
+  findings.Report(label, nlp::Unit::kMetre, distance,
+                  [&] { return what + " is " + InMillimetres(distance) + " outside of " + of; });
 }
 
 /// In the ball about the middle of the solid's box.

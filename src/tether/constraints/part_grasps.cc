@@ -20,7 +20,8 @@ constexpr double kOpeningSlack = 0.005;
 // Without a robot model: a parallel gripper of common size.
 constexpr double kDefaultOpening = 0.08;
 constexpr double kDefaultPadHalfWidth = 0.01;
-// Pads may reach below the object by this much before that is a reason: constraints are kept to tolerances, m.
+// Pads may reach below the object by this much before that is a reason: constraints are kept to tolerances,
+// m.
 constexpr double kLowSlack = 0.002;
 // Lifting and carrying add so much to what gravity asks for.
 constexpr double kWeightReserve = 1.25;
@@ -32,8 +33,8 @@ std::string Text(const char* format, auto... arguments) {
   return text;
 }
 
-/// Nothing that closes on the part is narrower, m: square to `approach_P` if that is the only approach, else in
-/// any direction.
+/// Nothing that closes on the part is narrower, m: square to `approach_P` if that is the only approach, else
+/// in any direction.
 double LeastWidth(const geometry::Primitive& primitive, const Vector3d& approach_P, bool only_approach) {
   if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
     double least = std::numeric_limits<double>::infinity();
@@ -108,8 +109,8 @@ Fingers FingersOf(const robot::Model* robot) {
     return {kDefaultOpening - kOpeningSlack, kDefaultOpening, kDefaultPadHalfWidth, std::nullopt, 0, 0};
   const robot::Gripper& gripper = robot->gripper();
   const double opening = std::min(gripper.max_opening, gripper.max_width + kOpeningSlack);
-  return {opening - kOpeningSlack, opening,          gripper.pad_half_width, gripper.pad_half_height,
-          gripper.max_force,       gripper.pad_friction};
+  return {opening - kOpeningSlack, opening,           gripper.pad_half_width,
+          gripper.pad_half_height, gripper.max_force, gripper.pad_friction};
 }
 
 double HeldMass(const Fingers& fingers, double force, double friction) {
@@ -140,13 +141,15 @@ void GraspFlaws::TooHeavy(const Load& load, double held, bool proved) {
 std::string GraspFlaws::Describe(const std::string& object) const {
   const char* name = object.c_str();
   if (mass_ >= 0)
-    return Text("%s is too heavy for the grip: it weighs %.2f kg, and pads that press with %.0f N hold %.2f kg of "
-                "what has a friction of %.2f",
-                name, mass_, force_, held_, friction_);
+    return Text(
+        "%s is too heavy for the grip: it weighs %.2f kg, and pads that press with %.0f N hold %.2f kg of "
+        "what has a friction of %.2f",
+        name, mass_, force_, held_, friction_);
   if (highest_ >= 0)
-    return Text("%s is too low to grasp: it is %.1f mm high, and the fingers' pads need %.1f mm to stay clear of "
-                "what it lies on",
-                name, 1e3 * highest_, 1e3 * needed_);
+    return Text(
+        "%s is too low to grasp: it is %.1f mm high, and the fingers' pads need %.1f mm to stay clear of "
+        "what it lies on",
+        name, 1e3 * highest_, 1e3 * needed_);
   if (std::isfinite(narrowest_))
     return Text("%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm", name, 100 * narrowest_,
                 100 * widest_taken_);
@@ -157,7 +160,8 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
                                 const Vector3d& down_O, const Fingers& fingers, const Load& load,
                                 bool only_approach, GraspFlaws& flaws) {
   const Part& part = shape.parts[static_cast<size_t>(index)];
-  // From the lowest of the object to the highest grasp point that the part offers: for all closing directions alike.
+  // From the lowest of the object to the highest grasp point that the part offers: for all closing directions
+  // alike.
   const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);
   const double needed = fingers.pad_half_height.value_or(0);
   const double margin = MarginIn(part, load.margin, height);

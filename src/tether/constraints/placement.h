@@ -13,7 +13,7 @@ namespace tether::constraints {
 /// mass.
 struct Demand {
   std::vector<Eigen::Vector3d> points_A;  ///< Points of the object that must be over the support …
-  double margin = 0;               ///< … by this much, m.
+  double margin = 0;                      ///< … by this much, m.
   bool whole_footprint = false;
 };
 
@@ -24,8 +24,8 @@ struct Placement {
   int part = -1;                ///< Of what it stands on, as in UpperFace.
 };
 
-/// Of what is put down at this step on the face that is chosen, else on that which it is on before. Null if one of the
-/// two is not solid.
+/// Of what is put down at this step on the face that is chosen, else on that which it is on before. Null if
+/// one of the two is not solid.
 std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
                                                const std::string& on);
 /// The same, but null too if a face there is not flat.

@@ -123,7 +123,9 @@ void CheckTouch(const Context& context, const Parameters& parameters, Findings& 
   const double distance = geometry::SignedDistance(*shape_a, context.PoseAt({a, context.step()}), *shape_b,
                                                    context.PoseAt({b, context.step()}))
                               .distance;
-  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance), [&] { return a + " is " + InMillimetres(distance) + (distance > 0 ? " away from " : " inside ") + b; });
+  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance), [&] {
+    return a + " is " + InMillimetres(distance) + (distance > 0 ? " away from " : " inside ") + b;
+  });
 }
 
 double HalfFrictionAngle(const Context& context, const std::string& tool, const std::string& object) {
@@ -217,9 +219,11 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
         geometry::SignedDistance(*shape_a, context.PoseAt({a, before}), *shape_b, X_WB);
     const double angle = std::acos(std::clamp(touch.n_W.dot(push_W.normalized()), -1.0, 1.0));
     findings.Report(label + ": direction within half the friction angle", nlp::Unit::kRadian,
-                    angle - HalfFrictionAngle(context, a, b), [&] { return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
-                        " off the side's normal, and friction holds " +
-                        InDegrees(HalfFrictionAngle(context, a, b)); });
+                    angle - HalfFrictionAngle(context, a, b), [&] {
+                      return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
+                             " off the side's normal, and friction holds " +
+                             InDegrees(HalfFrictionAngle(context, a, b));
+                    });
   }
 }
 
@@ -286,14 +290,18 @@ void CheckSlide(const Context& context, const Parameters& parameters, Findings& 
   const Pose X_CB0 = math::Between(context.PoseAt({c, before}), context.PoseAt({b, before}));
   const Pose X_CB1 = math::Between(context.PoseAt({c, after}), context.PoseAt({b, after}));
   const std::string label = "slide(" + b + ", " + c + ")";
-  findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R), [&] { return b + " would turn by " + InDegrees(math::AngleBetween(X_CB0.R, X_CB1.R)) + " as it slides"; });
+  findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R), [&] {
+    return b + " would turn by " + InDegrees(math::AngleBetween(X_CB0.R, X_CB1.R)) + " as it slides";
+  });
   const double before_gap =
       geometry::SignedDistance(*shape_b, context.PoseAt({b, before}), *shape_c, context.PoseAt({c, before}))
           .distance;
   const double after_gap =
       geometry::SignedDistance(*shape_b, context.PoseAt({b, after}), *shape_c, context.PoseAt({c, after}))
           .distance;
-  findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap), [&] { return b + " would leave the surface of " + c + " by " + InMillimetres(after_gap - before_gap); });
+  findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap), [&] {
+    return b + " would leave the surface of " + c + " by " + InMillimetres(after_gap - before_gap);
+  });
 }
 
 }  // namespace

@@ -43,8 +43,8 @@ std::optional<TopGrasp> FindTopGrasp(const robot::Model& model, const geometry::
       const Vector3d along = part.X_SP.R.col(axis);
       if (std::abs(along.dot(down_O)) > 0.95) approach_O = along.dot(down_O) > 0 ? along : Vector3d(-along);
     }
-    for (const Grasp& grasp : GraspsOfPart(shape, static_cast<int>(i), approach_O, down_O, fingers, load, true,
-                                           flaws != nullptr ? *flaws : unasked)) {
+    for (const Grasp& grasp : GraspsOfPart(shape, static_cast<int>(i), approach_O, down_O, fingers, load,
+                                           true, flaws != nullptr ? *flaws : unasked)) {
       // Closing along the grasp's direction, or along the hand's own; above the grasp's centre.
       Vector3d closing = grasp.closing_O ? Vector3d(X_WO.R * *grasp.closing_O) : Vector3d(R_WH_now.col(1));
       closing.z() = 0;

@@ -17,8 +17,8 @@ struct TopGrasp {
   double width = 0;  ///< Between the fingers, m.
 };
 
-/// None if there is none (GraspsOfPart); `flaws`, if given, then says why. The hand stands as deep as the palm allows
-/// with `palm_clearance` (m), but the fingers stay `foot_clearance` above the object's foot.
+/// None if there is none (GraspsOfPart); `flaws`, if given, then says why. The hand stands as deep as the
+/// palm allows with `palm_clearance` (m), but the fingers stay `foot_clearance` above the object's foot.
 std::optional<TopGrasp> FindTopGrasp(const robot::Model& model, const geometry::Shape& shape,
                                      const math::Pose& X_WO, const Eigen::Matrix3d& R_WH,
                                      const Load& load = {}, GraspFlaws* flaws = nullptr,

@@ -28,8 +28,8 @@ geometry::Polygon Over(const FlatFacet& face, const Part& part) {
   for (int i = 0; i < kDirections; ++i) {
     const double angle = 2 * M_PI * i / kDirections;
     const Vector3d d = std::cos(angle) * face.axis_x + std::sin(angle) * face.axis_y;
-    points.push_back(face.Project(
-        part.X_SP * geometry::SupportPoint(part.primitive, part.X_SP.R.transpose() * d)));
+    points.push_back(
+        face.Project(part.X_SP * geometry::SupportPoint(part.primitive, part.X_SP.R.transpose() * d)));
   }
   geometry::Polygon common = geometry::ConvexHull(std::move(points));
   for (const geometry::HalfPlane& edge : geometry::EdgeHalfPlanes(face.polygon))

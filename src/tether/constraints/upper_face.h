@@ -13,14 +13,15 @@ namespace tether::constraints {
 /// A face on which something can be put, in the frame of the solid that has it.
 struct UpperFace {
   geometry::FlatFacet facet;
-  int part = -1;  ///< Of a compound, the part that has it; −1: the highest face, over all parts that reach it.
+  int part =
+      -1;  ///< Of a compound, the part that has it; −1: the highest face, over all parts that reach it.
   /// From there up to the nearest part of the same solid above some of it, m.
   double headroom = std::numeric_limits<double>::infinity();
   std::string name;  ///< "the top of shelf", "part 1 of shelf"
 };
 
-/// The highest face of a solid first, flat or not; then, from the top down, those of parts below it that are level
-/// and have some room above.
+/// The highest face of a solid first, flat or not; then, from the top down, those of parts below it that are
+/// level and have some room above.
 std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape& shape,
                                   const Eigen::Vector3d& up);
 

@@ -117,9 +117,8 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   Eigen::Matrix3d R_WH = X_WH.R;
   // The other way round, after two tries: fingers need not be alike on both sides.
   if (records[static_cast<size_t>(at)].attempts > 2) R_WH.leftCols<2>() *= -1;
-  const auto found =
-      constraints::FindTopGrasp(*model, object.shape, objects[static_cast<size_t>(target)].X, R_WH,
-                                planning::LoadOf(object, step.schema), &flaws);
+  const auto found = constraints::FindTopGrasp(*model, object.shape, objects[static_cast<size_t>(target)].X,
+                                               R_WH, planning::LoadOf(object, step.schema), &flaws);
   if (!found) {
     GiveUpAction("'" + object.name + "' can't be grasped from above: " + flaws.Describe(object.name));
     return std::nullopt;

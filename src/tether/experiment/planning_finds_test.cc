@@ -51,11 +51,11 @@ struct Scene {
 
 Scenario Load(const Scene& scene) {
   Texts texts;
-  texts.scenario = "format: tether.scenario/1\ntitle: find\nseed: 1\nrobots:\n  panda: " + scene.robot +
-                   "\nobjects:\n  table:\n    shape: {box: " + scene.table +
-                   "}\n    pose: {position: [0.9, 0, -0.25]}" + scene.things +
-                   "\ntask:\n  domain: domain.pddl\n  problem: problem.pddl\n  max_actions: " +
-                   std::to_string(scene.max_actions) + "\nactions: [manipulation]\nplanning: {max_plans: 1}\n";
+  texts.scenario =
+      "format: tether.scenario/1\ntitle: find\nseed: 1\nrobots:\n  panda: " + scene.robot +
+      "\nobjects:\n  table:\n    shape: {box: " + scene.table + "}\n    pose: {position: [0.9, 0, -0.25]}" +
+      scene.things + "\ntask:\n  domain: domain.pddl\n  problem: problem.pddl\n  max_actions: " +
+      std::to_string(scene.max_actions) + "\nactions: [manipulation]\nplanning: {max_plans: 1}\n";
   texts.domain = kDomain;
   std::string init = "(free) " + scene.init, names = scene.movable + " ";
   for (size_t begin = 0; begin < scene.movable.size();) {
@@ -64,9 +64,11 @@ Scenario Load(const Scene& scene) {
     init += " (tool " + name + ") (on " + name + " table)";
     begin = end + 1;
   }
-  texts.problem = "(define (problem find) (:domain own) (:objects table " + scene.fixed + " " + scene.movable +
-                  " - thing) (:init " + init + ") (:goal " + scene.goal + "))";
-  return LoadScenario("scenario.yaml", {{"scenario.yaml", texts.scenario}, {"domain.pddl", texts.domain}, {"problem.pddl", texts.problem}});
+  texts.problem = "(define (problem find) (:domain own) (:objects table " + scene.fixed + " " +
+                  scene.movable + " - thing) (:init " + init + ") (:goal " + scene.goal + "))";
+  return LoadScenario(
+      "scenario.yaml",
+      {{"scenario.yaml", texts.scenario}, {"domain.pddl", texts.domain}, {"problem.pddl", texts.problem}});
 }
 
 PlanReport Plan(const Scene& scene) {
@@ -133,23 +135,27 @@ TEST(PlanningFinds, LyingCylinderAndSphereProvedImpossible) {
     scene.goal = "(on b a)";
     const PlanReport report = Plan(scene);
     EXPECT_EQ(report.status, PlanStatus::kGaveUp) << shape;
-    EXPECT_THAT(report.message, AllOf(HasSubstr("not modelled: b has no flat lower face"), HasSubstr("round")));
+    EXPECT_THAT(report.message,
+                AllOf(HasSubstr("not modelled: b has no flat lower face"), HasSubstr("round")));
   }
 }
 
 TEST(PlanningFinds, TiltedImpossible) {
   Scene scene;
-  scene.things = Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0, 0.17, 0]}") +
-                 Thing("a", "{box: [0.05, 0.05, 0.05]}", "{position: [0.5, 0.1, 0.025]}", kMass);
+  scene.things =
+      Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0, 0.17, 0]}") +
+      Thing("a", "{box: [0.05, 0.05, 0.05]}", "{position: [0.5, 0.1, 0.025]}", kMass);
   scene.fixed = "ramp";
   scene.movable = "a";
   scene.goal = "(on a ramp)";
   PlanReport report = Plan(scene);
   EXPECT_EQ(report.status, PlanStatus::kGaveUp);
-  EXPECT_THAT(report.message, HasSubstr("not modelled: ramp has no flat upper face: it is tilted by 10 degrees"));
+  EXPECT_THAT(report.message,
+              HasSubstr("not modelled: ramp has no flat upper face: it is tilted by 10 degrees"));
 
-  scene.things = Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0.3, 0, 0]}") +
-                 Thing("a", "{box: [0.05, 0.05, 0.05]}", "{parent: ramp, position: [0, 0, 0.045]}", kMass);
+  scene.things =
+      Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0.3, 0, 0]}") +
+      Thing("a", "{box: [0.05, 0.05, 0.05]}", "{parent: ramp, position: [0, 0, 0.045]}", kMass);
   scene.goal = "(and (free) (pressed table) (on a table) (not (inhand a)))";
   scene.goal = "(on a ramp)";
   report = Plan(scene);
@@ -171,8 +177,9 @@ TEST(PlanningFinds, RefutedButExit4) {
     EXPECT_THAT(report.message, AllOf(HasSubstr("pick(b)"), HasSubstr("beyond reach")));
   }
   // A sibling: too wide, wherever it is.
-  scene.things = Thing("a", "{box: [0.045, 0.045, 0.045]}", "{position: [0.5, 0, 0.0225]}", kMass) +
-                 Thing("b", "{cylinder: {radius: 0.05, length: 0.045}}", "{position: [0.5, 0.2, 0.0225]}", kMass);
+  scene.things =
+      Thing("a", "{box: [0.045, 0.045, 0.045]}", "{position: [0.5, 0, 0.0225]}", kMass) +
+      Thing("b", "{cylinder: {radius: 0.05, length: 0.045}}", "{position: [0.5, 0.2, 0.0225]}", kMass);
   const PlanReport wide = Plan(scene);
   EXPECT_EQ(wide.status, PlanStatus::kImpossible) << wide.message;
   EXPECT_THAT(wide.message, HasSubstr("b is 10.0 cm wide"));
@@ -181,7 +188,8 @@ TEST(PlanningFinds, RefutedButExit4) {
 /// No proof: what a hook could bring nearer is given up, not refuted.
 TEST(PlanningFinds, WhatSomethingElseCouldMoveIsNotRefuted) {
   Scene scene;
-  scene.things = Thing("b", "{box: [0.05, 0.05, 0.05]}", "{position: [0.95, 0.1, 0.025]}", kMass) + THook("1.5708");
+  scene.things =
+      Thing("b", "{box: [0.05, 0.05, 0.05]}", "{position: [0.95, 0.1, 0.025]}", kMass) + THook("1.5708");
   scene.movable = "b hook";
   scene.init = "(pusher hook)";
   scene.goal = "(inhand b)";
@@ -191,11 +199,10 @@ TEST(PlanningFinds, WhatSomethingElseCouldMoveIsNotRefuted) {
 }
 
 TEST(PlanningFinds, TouchAlone) {
-  const std::string stick =
-      Thing("stick", "{capsule: {radius: 0.0125, length: 0.28}}",
-            "{position: [0.45, 0.25, 0.0125], rpy: [0, 1.5708, 0]}", kMass);
-  for (const std::string button : {"{box: [0.05, 0.05, 0.06]}", "{cylinder: {radius: 0.03, length: 0.06}}",
-                                   "{sphere: 0.03}"}) {
+  const std::string stick = Thing("stick", "{capsule: {radius: 0.0125, length: 0.28}}",
+                                  "{position: [0.45, 0.25, 0.0125], rpy: [0, 1.5708, 0]}", kMass);
+  for (const std::string button :
+       {"{box: [0.05, 0.05, 0.06]}", "{cylinder: {radius: 0.03, length: 0.06}}", "{sphere: 0.03}"}) {
     for (const std::string& tool : std::vector<std::string>{stick, THook("1.5708")}) {
       Scene scene;
       scene.things = tool + Thing("button", button, "{position: [0.6, 0, 0.03]}");
@@ -224,7 +231,8 @@ TEST(PlanningFinds, MessagesNameTheCause) {
               AllOf(HasSubstr("a is too low to grasp: it is 1.0 mm high"), HasSubstr("pads")));
   EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 3")).message,
               AllOf(HasSubstr("a is too heavy for the grip: it weighs 3.00 kg"), HasSubstr("20 N")));
-  EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 0.1\n    friction: 0")).message,
+  EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 0.1\n    friction: 0"))
+                  .message,
               HasSubstr("hold 0.00 kg of what has a friction of 0.00"));
   Scene base = lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", kMass);
   base.robot = "{model: panda, pose: {position: [0.4, 0, -0.05]}}";
@@ -244,7 +252,8 @@ robots:
   jaco: {model: j2n6s300, q: [0.207, -0.062, 1.881, 0.378, -1.385, -1.592]}
 objects:
   table: {shape: {box: [1.4, 1.8, 0.04]}, pose: {position: [0, 0, -0.02]}}
-  can: {shape: )" + shape + ", mass: 0.1" + more + R"(, pose: {parent: left, position: [0, 0, 0.05]}}
+  can: {shape: )" + shape +
+                     ", mass: 0.1" + more + R"(, pose: {parent: left, position: [0, 0, 0.05]}}
 regions:
   left: {disc: 0.08, capacity: 1, pose: {position: [0.3, 0.3, 0]}}
   right: {disc: 0.08, capacity: 1, pose: {position: [0.3, -0.3, 0]}}
@@ -259,8 +268,8 @@ actions: [regions]
   };
   EXPECT_TRUE(plan("{cylinder: {radius: 0.02, length: 0.1}}").ok());
   EXPECT_TRUE(plan("{box: [0.09, 0.03, 0.1]}").ok());  // too wide in one direction only
-  for (const std::string shape : {"{cylinder: {radius: 0.045, length: 0.1}}", "{box: [0.09, 0.09, 0.1]}",
-                                  "{sphere: 0.05}"}) {
+  for (const std::string shape :
+       {"{cylinder: {radius: 0.045, length: 0.1}}", "{box: [0.09, 0.09, 0.1]}", "{sphere: 0.05}"}) {
     const PlanReport report = plan(shape);
     EXPECT_EQ(report.status, PlanStatus::kImpossible) << shape << report.message;
     EXPECT_THAT(report.message, HasSubstr("'can' can't be grasped from above: can is "));
@@ -276,7 +285,8 @@ TEST(PlanningFinds, ShelfRoofTooLow) {
                                   "{box: [0.02, 0.4, 0.78], pose: {position: [0.10, 0, 0.41]}}]",
                                   "{position: [0.62, 0.0, 0]}");
   Scene scene;
-  scene.things = shelf + Thing("a", "{cylinder: {radius: 0.025, length: 0.1}}", "{position: [0.4, -0.35, 0.05]}", kMass);
+  scene.things =
+      shelf + Thing("a", "{cylinder: {radius: 0.025, length: 0.1}}", "{position: [0.4, -0.35, 0.05]}", kMass);
   scene.fixed = "shelf";
   scene.movable = "a";
   scene.goal = "(on a shelf)";
@@ -307,10 +317,12 @@ TEST(PlanningFinds, EveryKindWorksOnItsOwn) {
     scene.max_actions = 1;
     Scenario scenario = Load(scene);
     const auto& [frames, constraint] = steps.at(kind.name);
-    const std::string control = frames.substr(0, frames.find(" in ")), target = frames.substr(frames.find(" in ") + 4);
-    const std::string text = "format: tether.actions/1\npick:\n  parameters: [x]\n  steps:\n  - control: " + control +
-                             "\n    target: " + target + "\n    constraints:\n    - " + constraint +
-                             "\n    allow: [[hand, a]]\n    execute:\n    - reach: {speed: 0.1}\n";
+    const std::string control = frames.substr(0, frames.find(" in ")),
+                      target = frames.substr(frames.find(" in ") + 4);
+    const std::string text =
+        "format: tether.actions/1\npick:\n  parameters: [x]\n  steps:\n  - control: " + control +
+        "\n    target: " + target + "\n    constraints:\n    - " + constraint +
+        "\n    allow: [[hand, a]]\n    execute:\n    - reach: {speed: 0.1}\n";
     Diagnostics diagnostics;
     scenario.actions = planning::ParseActions(ParseYaml(text, "one.yaml"), {}, diagnostics);
     PlanningOverrides overrides;

@@ -363,10 +363,10 @@ std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& s
   for (const Diagnostic& mistake : mistakes.list())
     diagnostics.Add(mistake.where, mistake.message, mistake.accepted);
   if (!mistakes.empty()) return nullptr;
-  return symbolic::ParseProblem(RegionProblemText(layout), "the scene's regions",
-                                symbolic::ParseDomain(
-                                    layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
-                                    "the domain of regions"));
+  return symbolic::ParseProblem(
+      RegionProblemText(layout), "the scene's regions",
+      symbolic::ParseDomain(layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
+                            "the domain of regions"));
 }
 
 }  // namespace tether::experiment

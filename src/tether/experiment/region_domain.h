@@ -40,8 +40,8 @@ struct RegionLayout {
 /// to, only when it is placed there.
 const std::string& RegionDomainText();
 
-/// The same actions where regions overlap: what is placed in a region is also in those around it, and needs room
-/// there; what is grasped is in no region any more.
+/// The same actions where regions overlap: what is placed in a region is also in those around it, and needs
+/// room there; what is grasped is in no region any more.
 const std::string& OverlappingDomainText();
 
 /// The problem of a layout in that domain. The goal is empty: everything reaches it.
@@ -53,7 +53,8 @@ std::string RegionProblemText(const RegionLayout& layout);
 const std::string& PoseDomainText();
 std::string PoseProblemText(const RegionLayout& layout, int poses);
 
-/// What there is in a scene: movable objects are where geometry says, where regions overlap in each that they fit.
+/// What there is in a scene: movable objects are where geometry says, where regions overlap in each that they
+/// fit.
 ///
 /// `where` says where each name of the scene was written, `task` where the task was. Adds a diagnostic for
 /// each object in no region, each region with more objects than fit, a hub that is missing or not the only

@@ -122,9 +122,10 @@ TEST_F(RegionDomainTest, ObjectsCountInEveryRegionThatTheyAreIn) {
   EXPECT_FALSE(Plan(Load(same + "task: {goal: 'F(in(plate,b) & !in(plate,c))'}\n")).ok());
 
   // Siblings: three, and one inside of a larger one for two.
-  const std::string nested = Replaced(kScene, "c: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.2, 0]}}",
-                                      "c: {rectangle: [0.6, 0.6], capacity: 2, pose: {position: [0.5, 0, 0]}}\n"
-                                      "  d: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.4, 0]}}");
+  const std::string nested =
+      Replaced(kScene, "c: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.2, 0]}}",
+               "c: {rectangle: [0.6, 0.6], capacity: 2, pose: {position: [0.5, 0, 0]}}\n"
+               "  d: {disc: 0.08, capacity: 1, pose: {position: [0.5, 0.4, 0]}}");
   report = Plan(Load(nested + "task: {goal: 'F(in(cup,d) & X F(in(cup,a) & in(cup,c)))'}\n"));
   ASSERT_TRUE(report.ok()) << report.message;
   EXPECT_EQ(report.best()->plan.actions.back(), "place(cup,a)");

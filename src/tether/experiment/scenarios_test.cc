@@ -60,7 +60,8 @@ TEST_P(ShippedScenes, ReachTheirGoalFromAPerturbedStart) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedScenes,
-                         ::testing::Values("workspace_reach", "hanoi", "stacking", "tool_use", "parts", "press"));
+                         ::testing::Values("workspace_reach", "hanoi", "stacking", "tool_use", "parts",
+                                           "press"));
 
 TEST(VelocityScenes, KeepEveryConstraint) {
   const Outcome outcome = PlanAndRun("cups", 2);

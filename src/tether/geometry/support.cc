@@ -129,9 +129,8 @@ bool Flat(const Polygon& polygon) {
 /// Planes through corners that are coplanar but for rounding are one face.
 bool LiesOn(const FlatFacet& facet, const FlatFacet& face) {
   return facet.normal.dot(face.normal) > 0.9 &&
-         std::all_of(facet.points.begin(), facet.points.end(), [&](const Vector3d& p) {
-           return face.normal.dot(p) >= face.offset - kInputLength;
-         });
+         std::all_of(facet.points.begin(), facet.points.end(),
+                     [&](const Vector3d& p) { return face.normal.dot(p) >= face.offset - kInputLength; });
 }
 
 double Rounded(double x) { return std::round(x * 1e8); }

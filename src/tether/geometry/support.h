@@ -35,16 +35,17 @@ struct FlatFacet {
   }
 };
 
-/// The flat extreme set of the shape's convex hull in a direction (not zero), to within kInputLength: a rectangle
-/// for a box's face, a point for a sphere, a segment for a lying capsule or cylinder, the regular 32-gon
-/// inscribed in the disc for an upright cylinder; for a compound the hull of what its parts have there.
-/// `margin` stays 0.
+/// The flat extreme set of the shape's convex hull in a direction (not zero), to within kInputLength: a
+/// rectangle for a box's face, a point for a sphere, a segment for a lying capsule or cylinder, the regular
+/// 32-gon inscribed in the disc for an upright cylinder; for a compound the hull of what its parts have
+/// there. `margin` stays 0.
 FlatFacet SupportPolygon(const Shape& shape, const Eigen::Vector3d& direction);
 
 /// The faces of the shape's convex hull on which it rests stably: those whose polygon contains the projection
-/// of the centre of mass (in S) with a margin above kInputLength. Faces that differ by no more than that are one. Spheres and capsules have none; a cylinder has
-/// its caps, its side rolls. Ordered by margin, greatest first, then by normal, greatest z, y, x first. Of a
-/// compound in time as corners squared, times that of balls and rims: meant to be computed once per shape.
+/// of the centre of mass (in S) with a margin above kInputLength. Faces that differ by no more than that are
+/// one. Spheres and capsules have none; a cylinder has its caps, its side rolls. Ordered by margin, greatest
+/// first, then by normal, greatest z, y, x first. Of a compound in time as corners squared, times that of
+/// balls and rims: meant to be computed once per shape.
 std::vector<FlatFacet> RestingFaces(const Shape& shape, const Eigen::Vector3d& centre_of_mass);
 
 }  // namespace tether::geometry

@@ -16,7 +16,7 @@ struct CheckFinding {
   std::string action;
   std::string label;  ///< "clearance(hand, table)"
   nlp::Unit unit = nlp::Unit::kMetre;
-  double amount = 0;      ///< Violation, m or rad, > 0.
+  double amount = 0;       ///< Violation, m or rad, > 0.
   std::string cause = {};  ///< What is wrong, in words that follow the action; may be empty.
 };
 

@@ -50,7 +50,8 @@ Reached Explore(task::Product& product, const std::vector<bool>& left_out, size_
 }  // namespace
 
 bool NoSequenceIsLeft(const symbolic::Task& task, const std::optional<task::TemporalGoal>& goal,
-                      const std::vector<task::Conflict>& conflicts, size_t most_states, const Limits& limits) {
+                      const std::vector<task::Conflict>& conflicts, size_t most_states,
+                      const Limits& limits) {
   // The product holds the task by shared pointer, but does not outlive this call.
   task::Product product(std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}), goal);
   std::vector<bool> left_out(task.actions().size(), false);

@@ -20,8 +20,8 @@ struct PlanStep {
   /// The arm's joints, rad, in one configuration that has the hand there, as far as the plan knows: evidence
   /// that it can be had, and where the controller's posture begins. Empty: not known.
   Eigen::VectorXd q = {};
-  /// Of a compound on which `control` is put down, the face that it stands on: "part 1 of shelf". Else empty. For people:
-  /// the pose says it.
+  /// Of a compound on which `control` is put down, the face that it stands on: "part 1 of shelf". Else empty.
+  /// For people: the pose says it.
   std::string face = {};
   bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
 };

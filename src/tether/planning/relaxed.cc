@@ -57,23 +57,11 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
     geometry::Polygon roomy;
     for (const Vector2d& corner : outline)
       roomy.push_back(corner + scene::RegionFit::kOutlineTolerance * std::sqrt(2) * corner.normalized());
-    const auto fits = [&](const Eigen::Matrix3d& R_RO) {
-      return geometry::FitsInside(Footprint(*object, R_RO), roomy).has_value();
-    };
+    // As it stands: nothing turns it over, since hands come from above and put things down as they took them.
     const Eigen::Matrix3d R_RO =
         math::Between(problem.scene.InitialPose(region.name), problem.scene.InitialPose(object->name)).R;
-    if (!fits(R_RO)) {
-      const std::string reason =
-          "the footprint of '" + object->name + "' does not fit into '" + region.name + "'";
-      // Nobody turns things over, but they might be.
-      for (const geometry::FlatFacet& face :
-           geometry::RestingFaces(object->shape, geometry::CentreOfMass(object->shape))) {
-        const Vector3d down = -Vector3d::UnitZ();
-        if (fits(Eigen::Quaterniond::FromTwoVectors(face.normal, down).toRotationMatrix()))
-          return {"not modelled: " + reason + " as it stands, but would on another side", false};
-      }
-      return {reason, true};
-    }
+    if (!geometry::FitsInside(Footprint(*object, R_RO), roomy))
+      return {"the footprint of '" + object->name + "' does not fit into '" + region.name + "'", true};
   }
   if (problem.robot.model == nullptr) return {};
   // A bound, whatever the height: from the column over the region's outline to the shoulder.
@@ -86,7 +74,8 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
   if (object != nullptr) length += 2 * geometry::BoundingRadius(object->shape);
   const double missing = p_RS.head<2>().norm() - extent - length;
   if (missing <= 0) return {};
-  return {"'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing), true};
+  return {"'" + region.name + "' is out of reach of '" + problem.robot.name + "' by " + Millimetres(missing),
+          true};
 }
 
 /// Why the hand can't take what a step without a key pose leaves to the executive, which asks the same.
@@ -165,8 +154,8 @@ Verdict CheckRelaxed(const SceneFacts& facts, const std::vector<std::string>& ac
           reason = alone.report.reason;
           // From where things are at the start: not after something has moved them.
           unmoved = alone.unmoved;
-          const bool moved_before = std::any_of(
-              report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
+          const bool moved_before =
+              std::any_of(report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
                 return std::find(unmoved.begin(), unmoved.end(), step.control) != unmoved.end();
               });
           if (moved_before) status = CandidateStatus::kGaveUp;

@@ -78,7 +78,8 @@ std::optional<double> StepContext::grip_force(const std::string& object) const {
   std::optional<double> force;
   for (const Verb& verb : bound_.schema.execute) {
     const auto* gripper = std::get_if<GripperVerb>(&verb);
-    if (gripper != nullptr && gripper->close_on == object) force = std::max(force.value_or(0), gripper->force);
+    if (gripper != nullptr && gripper->close_on == object)
+      force = std::max(force.value_or(0), gripper->force);
   }
   return force;
 }

@@ -30,7 +30,8 @@ ArmDescription ReadArm(const mjModel_* model, const std::vector<int>& joints, co
 /// The collision shapes of a gripper's hinged fingers in the hand frame, at this opening (m).
 std::vector<geometry::Part> ReadFingers(const Model& robot, const mjModel_* model, int site, double opening);
 
-/// The greatest friction of the geoms that the fingers' joints move and that collide; none if there is no such geom.
+/// The greatest friction of the geoms that the fingers' joints move and that collide; none if there is no
+/// such geom.
 std::optional<double> ReadPadFriction(const mjModel_* model, const std::vector<int>& fingers);
 
 /// ArmSolids::pairs: those not in `excluded` that do not overlap in each of many random configurations.

@@ -221,8 +221,8 @@ void World::Impl::FindIds() {
       }
     }
   }
-  // MuJoCo takes the greater of two coefficients, but those of the geom that goes first where they differ in that.
-  // The slipperier goes first (scene::PairFriction).
+  // MuJoCo takes the greater of two coefficients, but those of the geom that goes first where they differ in
+  // that. The slipperier goes first (scene::PairFriction).
   std::set<double, std::greater<>> frictions;
   for (int geom = 0; geom < model->ngeom; ++geom) frictions.insert(model->geom_friction[3 * geom]);
   for (int geom = 0; geom < model->ngeom; ++geom) {

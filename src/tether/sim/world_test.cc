@@ -96,7 +96,8 @@ TEST(WorldTest, FrictionIsCoulombs) {
 
 // find friction_max: whichever of the two surfaces is the slippery one, and whatever the other is.
 TEST(WorldTest, WhatHasNoFrictionSlidesOnEverything) {
-  for (const auto& [box_friction, plane_friction] : {std::pair{0.0, 0.8}, {0.8, 0.0}, {0.8, 0.8}, {0.4, 1.2}}) {
+  for (const auto& [box_friction, plane_friction] :
+       {std::pair{0.0, 0.8}, {0.8, 0.0}, {0.8, 0.8}, {0.4, 1.2}}) {
     scene::Scene scene;
     const Eigen::Matrix3d R = math::RotationFromRpy({0, 0.3, 0});
     for (auto object : {MakeObject("plane", geometry::Box{{4, 1, 0.1}}, R * Eigen::Vector3d(0, 0, -0.05)),
