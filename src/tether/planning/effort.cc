@@ -17,7 +17,7 @@ Effort EffortOf(const ProgramOptions& options) {
     case nlp::Backend::kNative:
       break;
     case nlp::Backend::kIpopt:
-      return {20, 25, 100, 1000, kMoreStarts};
+      return {60, 80, 200, 1000, kMoreStarts};
     case nlp::Backend::kNlopt:
       return {8'000, 4'000, 16'000, 50'000, kMoreStarts};
   }
