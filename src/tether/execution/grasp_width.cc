@@ -28,9 +28,8 @@ std::optional<double> WidthBetweenFingers(const geometry::Shape& shape, const ma
       const double x = gripper.pad_half_width * (2.0 * i / (kRays - 1) - 1);
       const double z = gripper.pad_half_height * (2.0 * k / (kRays - 1) - 1);
       for (const double side : {1.0, -1.0}) {
-        const auto hit =
-            geometry::CastRay(shape, X_HO, Vector3d(x, side * open, z), Vector3d(0, -side, 0),
-                              geometry::RayStart::kIgnore, 2 * open);
+        const auto hit = geometry::CastRay(shape, X_HO, Vector3d(x, side * open, z), Vector3d(0, -side, 0),
+                                           geometry::RayStart::kIgnore, 2 * open);
         if (!hit) continue;
         most = std::max(most, hit->p_W.y());
         least = std::min(least, hit->p_W.y());

@@ -44,8 +44,7 @@ void Executive::Impl::EnterPush() {
   now_.X_TC_start = math::Between(X_WT, X_WC);
   const scene::Object& object = scene_.objects[static_cast<size_t>(step().control)];
   const bool hand = step().tool == kNone;
-  const geometry::Shape& tool =
-      hand ? hand_shape_ : scene_.objects[static_cast<size_t>(step().tool)].shape;
+  const geometry::Shape& tool = hand ? hand_shape_ : scene_.objects[static_cast<size_t>(step().tool)].shape;
   const geometry::Distance touch =
       geometry::SignedDistance(tool, hand ? X_WH_ : X_WO(step().tool), object.shape, X_WC);
   // Along the normal where they touch; from afar, along the way.
@@ -59,10 +58,10 @@ void Executive::Impl::EnterPush() {
 }
 
 // The object goes along the straight line from where it stood to its place. It moves with the tool, so what
-// the object lacks the tool's reference is moved by, at each tick: whatever the tool slips, the load bends the
-// arm, or the object turns is made up for. The direction stays within the friction cone about the normal of
-// the contact, and turning is paid for by way, so that corrections end where the push does. Lynch and Mason,
-// "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
+// the object lacks the tool's reference is moved by, at each tick: whatever the tool slips, the load bends
+// the arm, or the object turns is made up for. The direction stays within the friction cone about the normal
+// of the contact, and turning is paid for by way, so that corrections end where the push does. Lynch and
+// Mason, "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
 Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   if (PushSlips()) return Outcome::kAborted;
   const math::Pose X_WT = X_WF(frame_);
@@ -87,7 +86,7 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   }
   Vector3d beside = lack - forward * n;
   beside -= X_WT.R.row(2).transpose() * X_WT.R.row(2).dot(beside);  // it stays on its surface
-  Vector3d off = now_.X_TC_start.p - X_TC.p;  // the shortest way back to the line
+  Vector3d off = now_.X_TC_start.p - X_TC.p;                        // the shortest way back to the line
   off -= u * u.dot(off);
   now_.drift_T += kDriftRate * options_.period * (off - n * n.dot(off));
   if (const double most = now_.slope * kLookAhead; now_.drift_T.norm() > most)
