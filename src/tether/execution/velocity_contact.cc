@@ -24,12 +24,12 @@ constexpr double kTargetMoves = 0.005;
 // What is further away than this is not touched any more, m.
 constexpr double kClear = 0.01;
 
-}  // namespace
-
 // How far `shape` at X reaches along a direction of the world.
-static double Reach(const geometry::Shape& shape, const Pose& X, const Vector3d& d_W) {
+double Reach(const geometry::Shape& shape, const Pose& X, const Vector3d& d_W) {
   return geometry::Support(shape, X.R.transpose() * d_W) + d_W.dot(X.p);
 }
+
+}  // namespace
 
 // The object's footprint is within the carrier's, seen along the carrier's level axes.
 bool VelocityExecutive::Impl::IsOver(int object, int carrier) const {
