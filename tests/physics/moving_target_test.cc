@@ -18,10 +18,8 @@ RunResult PlaceOnAMovingBlock(const Vector3d& way, double seconds, std::string* 
   scene::Scene scene = TableScene();
   scene.objects.push_back(MakeObject("a", kBlock, Pose(Vector3d(0.5, 0.1, 0.0225))));
   scene.objects.push_back(MakeObject("b", kBlock, Pose(Vector3d(0.5, 0.3, 0.0225))));
-  const planning::Plan plan = PlanBuilder()
-                                  .Pick("b", TopGrasp({0, 0, 0}))
-                                  .Place("b", "a", Pose(Vector3d(0, 0, 0.045)))
-                                  .Build();
+  const planning::Plan plan =
+      PlanBuilder().Pick("b", TopGrasp({0, 0, 0})).Place("b", "a", Pose(Vector3d(0, 0, 0.045))).Build();
   bool moved = false;
   double next = 0;
   return RunPlan(scene, plan, [&](sim::World& world, const Executive& executive) {

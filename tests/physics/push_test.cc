@@ -38,8 +38,8 @@ PushResult Push(const PushCase& push) {
   scene::Scene scene = TableScene();
   scene.objects.push_back(MakeObject("box", geometry::Primitive(geometry::Box{{0.05, 0.05, 0.05}}),
                                      Pose(Eigen::Vector3d(0.9, 0, 0.025)), push.mass));
-  scene.objects.push_back(MakeObject("hook", push.boxes ? BoxHookShape() : HookShape(),
-                                     Pose(Eigen::Vector3d(0.9, 0.3, 0.01))));
+  scene.objects.push_back(
+      MakeObject("hook", push.boxes ? BoxHookShape() : HookShape(), Pose(Eigen::Vector3d(0.9, 0.3, 0.01))));
   for (scene::Object& object : scene.objects) object.friction = push.friction;
   Perturb(&scene, &random);
   // It is not turned: its pose has the box's own angle.
@@ -77,19 +77,18 @@ TEST(PushSim, EndsWhereTheObjectIsToBe) {
   }
 }
 
-// push_drift_then_blind_retries: the hook was set down on the box, three times the same way. What stands where
-// something is to be put makes it go beside that.
+// push_drift_then_blind_retries: the hook was set down on the box, three times the same way. What stands
+// where something is to be put makes it go beside that.
 TEST(PushSim, WhatIsPutDownGoesBesideWhatStandsThere) {
   for (const double y : {0.0, 0.12}) {
     scene::Scene scene = TableScene();
     const geometry::Shape cube = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.05}});
     scene.objects.push_back(MakeObject("box", cube, Pose(Eigen::Vector3d(0.5, 0.2, 0.025))));
     scene.objects.push_back(MakeObject("other", cube, Pose(Eigen::Vector3d(0.5, -0.2, 0.025))));
-    const planning::Plan plan =
-        PlanBuilder()
-            .Pick("box", TopGrasp({0, 0, 0}))
-            .Place("box", "table", Pose(Eigen::Vector3d(0.04, -0.2 + y, 0.275)))
-            .Build();
+    const planning::Plan plan = PlanBuilder()
+                                    .Pick("box", TopGrasp({0, 0, 0}))
+                                    .Place("box", "table", Pose(Eigen::Vector3d(0.04, -0.2 + y, 0.275)))
+                                    .Build();
     const RunResult run = RunPlan(scene, plan);
     EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
     EXPECT_EQ(run.retries, 0) << run.Log();

@@ -385,7 +385,8 @@ void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
 
 void ConstrainedVelocity::Impl::AddRedundancy() {
   if (options.posture_gain <= 0 || options.posture_speed <= 0) return;
-  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal gets.
+  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal
+  // gets.
   const double wanted = options.gain * std::max(error_m, options.rotation_weight * error_rad);
   const double most = std::min({options.posture_speed, kPostureShare * wanted, most_speed});
   for (int i = 0; i < n; ++i) {

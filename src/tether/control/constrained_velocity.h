@@ -31,12 +31,13 @@ struct VelocityOptions {
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
   /// What a goal leaves free brings joints that are outside of this share of their range back to it, at this
-  /// rate, 1/s, and no faster than that, rad/s: an arm that only drifts folds in the end. A gain of 0: it drifts.
+  /// rate, 1/s, and no faster than that, rad/s: an arm that only drifts folds in the end. A gain of 0: it
+  /// drifts.
   double posture_gain = 0.5;
   double posture_share = 0.75;
   double posture_speed = 0.25;
-  double escape_speed = 0.05;    ///< At which a violated row is left, m/s or rad/s; goals are followed no
-                                 ///< faster meanwhile.
+  double escape_speed = 0.05;  ///< At which a violated row is left, m/s or rad/s; goals are followed no
+                               ///< faster meanwhile.
   /// Throws InputError naming every field that is not finite or out of bounds.
   void Validate() const;
 };
@@ -104,12 +105,12 @@ struct VelocityFlags {
 ///
 ///   min ‖J q̇ + J_T V_T + η e‖² + λ ‖q̇‖²  subject to  ḋ ≥ −η_d (d − d_safe)  for each constraint,
 ///
-/// where λ ‖q̇ − N q̇_p‖² takes the place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their limits,
-/// N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal nothing;
-/// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
-/// limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way least:
-/// priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than `ramp` allows,
-/// unless a row needs it: a servo that is asked for jumps overshoots.
+/// where λ ‖q̇ − N q̇_p‖² takes the place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their
+/// limits, N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal
+/// nothing; with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and
+/// position limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way
+/// least: priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than `ramp`
+/// allows, unless a row needs it: a servo that is asked for jumps overshoots.
 ///
 /// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is
 /// exact. Compute() allocates nothing, and is deterministic.
@@ -141,8 +142,8 @@ class ConstrainedVelocity {
   /// The goal's functions at the last tick, before any limit of speed: the largest norm in m and in rad.
   double error_m() const;
   double error_rad() const;
-  /// By how much the extra fields that may not be relaxed were violated at the last tick, beyond any buffer: the
-  /// largest in m and in rad, not below zero.
+  /// By how much the extra fields that may not be relaxed were violated at the last tick, beyond any buffer:
+  /// the largest in m and in rad, not below zero.
   double extra_violation_m() const;
   double extra_violation_rad() const;
   /// Constraints in the order of `clearances`, "self", `fields`, then the extra ones.

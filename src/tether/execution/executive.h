@@ -23,18 +23,18 @@ struct ExecutiveOptions {
   MotionLimits motion;  ///< Speeds are the lesser of these and the verb's.
   TransitMargins transit;
   ContactDetector::Options contact;
-  double contact_search = 0.01;  ///< A reach until contact goes on so far beyond its pose, m.
-  double leash = 0.02;           ///< The reference waits for a hand that is further behind, m.
-  double obstacle_range = 0.05;  ///< Obstacle damping begins at this distance, m.
-  double least_width = 0.002;    ///< Closed further than this, the gripper holds nothing, m.
-  double slip_distance = 0.03;   ///< An object displaced further in the hand is lost, m …
-  double slip_angle = 0.6;       ///< … or turned further, rad.
+  double contact_search = 0.01;   ///< A reach until contact goes on so far beyond its pose, m.
+  double leash = 0.02;            ///< The reference waits for a hand that is further behind, m.
+  double obstacle_range = 0.05;   ///< Obstacle damping begins at this distance, m.
+  double least_width = 0.002;     ///< Closed further than this, the gripper holds nothing, m.
+  double slip_distance = 0.03;    ///< An object displaced further in the hand is lost, m …
+  double slip_angle = 0.6;        ///< … or turned further, rad.
   double push_tolerance = 0.003;  ///< A push ends when the object is this near to its pose, m …
   double push_angle = 0.0175;     ///< … and turned from it by no more, rad.
   double push_limit = 0.03;       ///< Where it can get no nearer it may end so far from its pose, m.
-  double stall_time = 1.5;       ///< A verb without progress for so long has stalled, s.
-  double verb_timeout = 40;      ///< s
-  int max_retries = 2;           ///< Per action.
+  double stall_time = 1.5;        ///< A verb without progress for so long has stalled, s.
+  double verb_timeout = 40;       ///< s
+  int max_retries = 2;            ///< Per action.
   /// Throws InputError naming every field that is not finite or not positive.
   void Validate() const;
 };
@@ -48,8 +48,8 @@ struct ExecutiveOptions {
 /// more room to the
 ///   joint limits is taken, at the first reach of the step.
 /// - A held object as control frame is servoed through the hand, at the pose in the hand where it is now.
-/// - Any other object as control frame is pushed by what the hand holds, or by the hand, until the *object* is
-/// where the plan has
+/// - Any other object as control frame is pushed by what the hand holds, or by the hand, until the *object*
+/// is where the plan has
 ///   it: where the tool goes follows from where the object is at each tick (ERRATA A15). See push.cc.
 /// - A reach that isn't preceded by another one in its step crosses free space: what stands in the way is
 /// passed above.

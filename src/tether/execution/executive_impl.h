@@ -37,21 +37,22 @@ struct VerbState {
   Eigen::Vector3d approach_T = Eigen::Vector3d::Zero();  ///< Direction of the whole motion, unit.
   math::Pose X_TC_start;                                 ///< Of a pushed object, as the push began.
   math::Pose X_TH_start;
-  Eigen::Vector3d normal_C = Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
-  double slope = 0;       ///< Tangent of the angle to it that a push may have and not slip.
+  Eigen::Vector3d normal_C =
+      Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
+  double slope = 0;             ///< Tangent of the angle to it that a push may have and not slip.
   double least_left = std::numeric_limits<double>::infinity();  ///< Of the push, m.
   /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
   Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
-  bool clear = false;    ///< Of what was touched before the verb.
+  bool clear = false;  ///< Of what was touched before the verb.
 };
 
 enum class Outcome { kRunning, kDone, kAborted };
 
 /// What was touched, and by what: verbs after a contact go along with it until they are clear of it.
 struct Contact {
-  AttachedFrame frame;  ///< In the world if nothing that can move was touched.
-  int held = kNone;     ///< What the hand holds; kNone: the hand itself touches.
-  int released = kNone; ///< What the hand has let go, on `frame`.
+  AttachedFrame frame;   ///< In the world if nothing that can move was touched.
+  int held = kNone;      ///< What the hand holds; kNone: the hand itself touches.
+  int released = kNone;  ///< What the hand has let go, on `frame`.
 };
 
 struct Executive::Impl {

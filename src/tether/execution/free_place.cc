@@ -40,10 +40,9 @@ double Executive::Impl::RoomAt(const math::Pose& X_WC, int* nearest) const {
   for (size_t i = 0; i < objects_.size(); ++i) {
     const int object = static_cast<int>(i);
     if (MovesWithHand(object) || object == step().target.object) continue;
-    const double distance =
-        geometry::SignedDistance(scene_.objects[static_cast<size_t>(held_)].shape, X_WC,
-                                 scene_.objects[i].shape, objects_[i].X_WF())
-            .distance;
+    const double distance = geometry::SignedDistance(scene_.objects[static_cast<size_t>(held_)].shape, X_WC,
+                                                     scene_.objects[i].shape, objects_[i].X_WF())
+                                .distance;
     if (distance >= room) continue;
     room = distance;
     *nearest = object;
@@ -78,8 +77,7 @@ void Executive::Impl::FindFreePlace() {
     double most = kRoom;
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2 * std::numbers::pi * k / kDirections;
-      const math::Pose X_WFree(X_WC.R,
-                               X_WC.p + radius * Vector3d(std::cos(angle), std::sin(angle), 0));
+      const math::Pose X_WFree(X_WC.R, X_WC.p + radius * Vector3d(std::cos(angle), std::sin(angle), 0));
       int ignored = kNone;
       const double room = RoomAt(X_WFree, &ignored);
       if (room <= most || CornersOver(X_WFree) < corners) continue;
@@ -89,8 +87,7 @@ void Executive::Impl::FindFreePlace() {
     if (most == kRoom) continue;
     Record(EventKind::kReplanned, "'" + plan_step().control + "' is put " + Millimetres(radius) +
                                       " beside its pose: '" +
-                                      scene_.objects[static_cast<size_t>(blocking)].name +
-                                      "' stands there");
+                                      scene_.objects[static_cast<size_t>(blocking)].name + "' stands there");
     return;
   }
 }

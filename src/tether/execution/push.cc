@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tether/common/text.h"
 #include "tether/execution/executive_impl.h"

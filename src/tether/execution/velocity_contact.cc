@@ -24,16 +24,17 @@ constexpr double kTargetMoves = 0.005;
 // What is further away than this is not touched any more, m.
 constexpr double kClear = 0.01;
 
-}  // namespace
-
 // How far `shape` at X reaches along a direction of the world.
-static double Reach(const geometry::Shape& shape, const Pose& X, const Vector3d& d_W) {
+double Reach(const geometry::Shape& shape, const Pose& X, const Vector3d& d_W) {
   return geometry::Support(shape, X.R.transpose() * d_W) + d_W.dot(X.p);
 }
 
+}  // namespace
+
 // The object's footprint is within the carrier's, seen along the carrier's level axes.
 bool VelocityExecutive::Impl::IsOver(int object, int carrier) const {
-  const auto &o = scene.objects[static_cast<size_t>(object)], &c = scene.objects[static_cast<size_t>(carrier)];
+  const auto &o = scene.objects[static_cast<size_t>(object)],
+             &c = scene.objects[static_cast<size_t>(carrier)];
   const Pose &X_O = objects[static_cast<size_t>(object)].X, &X_C = objects[static_cast<size_t>(carrier)].X;
   for (int axis = 0; axis < 3; ++axis) {
     Vector3d d = X_C.R.col(axis);
@@ -129,10 +130,9 @@ bool VelocityExecutive::Impl::MissedItsRegion() {
   const scene::Region& region = *scene.FindRegion(schema().target);
   if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return false;
   const std::string name = object_name(released);
-  const scene::RegionFit fit =
-      scene::FitRegion(region.form, X_WTarget(control_scene.Target(region.name)),
-                       scene.objects[static_cast<size_t>(released)].shape,
-                       objects[static_cast<size_t>(released)].X);
+  const scene::RegionFit fit = scene::FitRegion(region.form, X_WTarget(control_scene.Target(region.name)),
+                                                scene.objects[static_cast<size_t>(released)].shape,
+                                                objects[static_cast<size_t>(released)].X);
   if (fit.Holds()) return false;
   char text[120];
   if (fit.outside > scene::RegionFit::kOutlineTolerance) {

@@ -50,9 +50,10 @@ struct VelocityExecutiveOptions {
 /// - A plan without key poses will do: where a step needs a grasp and the plan has none, it is taken from
 /// above.
 /// - Contact is exempt for the pairs under `allow`, for a held object against what it stood on until it is
-///   clear of that, and against what carries the region that it is brought to; and while it is above either, within
-///   its outline, against what lies beneath that.
-/// - A reach is done when its own constraints hold as well. After something was let go in a region it is looked
+///   clear of that, and against what carries the region that it is brought to; and while it is above either,
+///   within its outline, against what lies beneath that.
+/// - A reach is done when its own constraints hold as well. After something was let go in a region it is
+/// looked
 ///   whether it is in there; if not, it is taken up again.
 /// - After a contact the hand goes along with what it touched until it is clear of that.
 /// - A verb without progress is reported with the constraints that hold it up; a detour in joint space is

@@ -129,7 +129,7 @@ struct VelocityExecutive::Impl {
   math::Pose goal_pose;                    ///< Of the hand, of a shift, in the frame of `along` or the base.
   int along = -1;                          ///< The object that the goal goes along with.
   bool clear = false;                      ///< Of what was touched before this verb.
-  std::vector<Eigen::VectorXd> path;  ///< A detour that is being followed; what is left of it.
+  std::vector<Eigen::VectorXd> path;       ///< A detour that is being followed; what is left of it.
   size_t waypoint = 0;
   int detours = 0;
   int retries = 0;

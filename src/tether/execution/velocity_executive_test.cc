@@ -368,7 +368,8 @@ TEST(VelocityExecutiveTest, WhatStartsInAForbiddenZoneIsLeftAndSaid) {
   EXPECT_GT(before.head<2>().norm(), 0.36);
 }
 
-// cone_ends_outside_region: where the cone is flat it was wide where the reach ended. A low hub makes it flat.
+// cone_ends_outside_region: where the cone is flat it was wide where the reach ended. A low hub makes it
+// flat.
 TEST(VelocityExecutiveTest, TheConeHoldsWhereTheReachEnds) {
   for (const double height : {0.2, 0.24}) {
     Fake fake;
@@ -393,7 +394,8 @@ TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   Fake fake;
   fake.options.max_retries = 0;
   // The table slides out of reach as soon as the block is brought to the right.
-  fake.Start({"move(left)", "grasp(block,left)", "hold(block,hub)", "hold(block,right)", "place(block,right)"});
+  fake.Start(
+      {"move(left)", "grasp(block,left)", "hold(block,hub)", "hold(block,right)", "place(block,right)"});
   fake.Run(200, [&] {
     if (fake.executive->step() == 4 && fake.truth.X_WO["table"].p.y() > -0.9)
       fake.truth.X_WO["table"].p.y() -= 0.1 * fake.options.period;

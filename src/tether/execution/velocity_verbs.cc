@@ -32,6 +32,9 @@ constexpr double kNarrowOpening = 0.05;
 constexpr double kProgress = 5e-4, kRadian = 0.3;
 // Cones begin at least so high above their region, m.
 constexpr double kLeastHeight = 0.02;
+// Of the buffer, the room at a cone's start (a frustum has its sides in two directions); of the least angle
+// of `upright`, its buffer.
+constexpr double kStartRoom = 1.5, kUprightShare = 0.25;
 // Regions too small for what is brought there still leave this radius, m.
 constexpr double kLeastRadius = 0.001;
 constexpr double kFirstSpeed = 0.05;
@@ -214,10 +217,13 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
         const double end = std::max(0.0, X_TF.p.z()) + reach.position_tolerance;
         field.target.X_OF = field.target.X_OF * Pose(Vector3d(0, 0, end));
         start.z() -= end;
+        // It begins with the buffer's room: what is at its edge can't but be over it now and then.
+        const double across = start.head<2>().norm();
+        if (across > 1e-6) start.head<2>() *= (across + kStartRoom * options.controller.buffer) / across;
       }
       start.z() = std::max(start.z(), kLeastHeight);
       if (spec.kind == "upright") {
-        field.buffer = 0;  // it becomes as narrow as things stand
+        field.buffer = kUprightShare * spec.max;  // it becomes nearly as narrow as things stand
         field.function = constraints::MakeNarrowingAngle(up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
                                                          Vector3d::Zero());
       } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
@@ -383,11 +389,11 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
   }
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
   const int object = control_scene.ObjectIndex(grip.close_on);
-  const std::string wrong =
-      object < 0 ? "nothing"
-                 : WrongWidth(opening, scene.objects[static_cast<size_t>(object)].shape,
-                              math::Between(X_WH, objects[static_cast<size_t>(object)].X), limits,
-                              options.least_width);
+  const std::string wrong = object < 0
+                                ? "nothing"
+                                : WrongWidth(opening, scene.objects[static_cast<size_t>(object)].shape,
+                                             math::Between(X_WH, objects[static_cast<size_t>(object)].X),
+                                             limits, options.least_width);
   if (!wrong.empty()) {
     gripper.mode = robot::GripperCommand::Mode::kOpening;
     Abort(EventKind::kGraspMissed, "the gripper closed on " + wrong + " instead of '" + grip.close_on + "'",

@@ -287,9 +287,9 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
   if (!settled && elapsed < kGripperTimeout) return Outcome::kRunning;
   const int object = step().close_on[static_cast<size_t>(verb_)];
   const std::string name = "'" + scene_.objects[static_cast<size_t>(object)].name + "'";
-  const std::string wrong = WrongWidth(opening_, scene_.objects[static_cast<size_t>(object)].shape,
-                                       math::Between(X_WH_, X_WO(object)), model_->gripper(),
-                                       options_.least_width);
+  const std::string wrong =
+      WrongWidth(opening_, scene_.objects[static_cast<size_t>(object)].shape,
+                 math::Between(X_WH_, X_WO(object)), model_->gripper(), options_.least_width);
   if (!wrong.empty()) {
     Abort(EventKind::kGraspMissed, "the gripper closed on " + wrong + " instead of " + name, step_, true);
     return Outcome::kAborted;

@@ -189,9 +189,10 @@ void PrintMargins(const RunReport& report, const Terminal& terminal) {
 
 void PrintJudgement(const RunReport& report, const Terminal& terminal) {
   for (const GoalFact& fact : report.judgement.facts) {
-    const std::string line = "  " + fact.atom + (fact.lapsed  ? " held and no longer does"
-                                                 : fact.holds ? " is true"
-                                                              : " is false");
+    const std::string line = "  " + fact.atom +
+                             (fact.lapsed  ? " held and no longer does"
+                              : fact.holds ? " is true"
+                                           : " is false");
     terminal.Print((fact.lapsed ? terminal.Yellow(line) : line) +
                    terminal.Dim(fact.geometric ? "" : "  (by the effects of the actions)"));
   }
@@ -303,8 +304,9 @@ int RunCommand(const RunArguments& arguments) {
     const std::string at = Fixed(time, 2);
     const std::string line =
         std::string(at.size() < 7 ? 7 - at.size() : 0, ' ') + at + " s  " + kind + "  " + text;
-    const bool trouble = kind == "disturbance" || kind == "never_happened" || kind == "retry" || kind.find("miss") != std::string::npos ||
-                         kind.find("lost") != std::string::npos || kind == "failed";
+    const bool trouble = kind == "disturbance" || kind == "never_happened" || kind == "retry" ||
+                         kind.find("miss") != std::string::npos || kind.find("lost") != std::string::npos ||
+                         kind == "failed";
     terminal.Print(trouble ? terminal.Yellow(line) : line);
   };
   // The run looks at the request to stop at every tick, and says how far it came.

@@ -13,7 +13,8 @@ namespace tether::experiment {
 namespace {
 
 constexpr double kTouch = 2e-3;
-// A body tips in steps of this angle, rad, at most so many, by lowering its centre of mass by more than this, m.
+// A body tips in steps of this angle, rad, at most so many, by lowering its centre of mass by more than this,
+// m.
 constexpr double kTipStep = 0.005;
 constexpr int kTipSteps = 40, kTipDirections = 24;
 constexpr double kLevel = 1e-9;

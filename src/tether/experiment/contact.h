@@ -23,9 +23,9 @@ struct Resting {
 Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, const scene::Object& lower,
                     const math::Pose& X_WLower);
 
-/// How far a body, seen with `down` (unit, in its own frame) pointing down, is from standing on a face or lying
-/// on a side: the angle to the nearest direction in which its centre of mass is no longer lowered by turning,
-/// rad. What would tip by more than 0.2 rad counts as 0.2.
+/// How far a body, seen with `down` (unit, in its own frame) pointing down, is from standing on a face or
+/// lying on a side: the angle to the nearest direction in which its centre of mass is no longer lowered by
+/// turning, rad. What would tip by more than 0.2 rad counts as 0.2.
 double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down);
 
 /// Initial poses in the world of all objects.

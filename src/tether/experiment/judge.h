@@ -43,8 +43,8 @@ struct Judgement {
 bool IsInHand(const scene::Scene& scene, const Truth& truth, const std::string& object);
 
 /// Whether `upper` rests on `lower` and nothing holds it: contact to within 3 mm from above, centre of mass
-/// above it, stood on a face or lying on a side (to 0.1 rad: what leans is not on), and not moving relative to
-/// it (2 cm/s, 0.2 rad/s).
+/// above it, stood on a face or lying on a side (to 0.1 rad: what leans is not on), and not moving relative
+/// to it (2 cm/s, 0.2 rad/s).
 bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& upper, const std::string& lower);
 
 /// Whether `object` is in a region, or in one of a group, and nothing holds it.
@@ -92,9 +92,9 @@ class TemporalJudge {
   const symbolic::Task& task_;
   std::vector<int> atoms_;  ///< Of the task, that the goal names.
   Part bounded_, sampled_;
-  symbolic::State symbolic_;          ///< After the actions so far.
-  std::map<int, bool> at_boundary_;   ///< Values when the last letter was read.
-  std::map<int, bool> held_;          ///< Atoms that held in some letter or sample.
+  symbolic::State symbolic_;         ///< After the actions so far.
+  std::map<int, bool> at_boundary_;  ///< Values when the last letter was read.
+  std::map<int, bool> held_;         ///< Atoms that held in some letter or sample.
   std::string running_;
   std::vector<int> effects_;  ///< Atoms among the effects of `running_`.
   int letters_ = 0;

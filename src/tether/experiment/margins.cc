@@ -148,7 +148,8 @@ void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Obse
     const auto margin = static_cast<size_t>(known - margins_.begin());
     if (known == margins_.end()) {
       const bool metres = field.function->unit() == nlp::Unit::kMetre;
-      margins_.push_back({field.name, 1e300, metres ? "m" : "rad", metres ? "regions" : "angles", 0, "", 1e300});
+      margins_.push_back(
+          {field.name, 1e300, metres ? "m" : "rad", metres ? "regions" : "angles", 0, "", 1e300});
     }
     ObserveField(field, margin, held, time);
   }

@@ -32,7 +32,8 @@ Value WriteMargin(const Margin& margin);
 
 /// Measures how well constraints are kept, from the true state: by the geometry of all bodies, without the
 /// controller's rows. One margin per object of a clearance, one per other constraint, then the arm against
-/// itself, and joint velocities; and one per constraint of a verb as it is first met, by its name: "cone to tray".
+/// itself, and joint velocities; and one per constraint of a verb as it is first met, by its name: "cone to
+/// tray".
 class MarginMonitor {
  public:
   MarginMonitor(const scene::Scene& scene,

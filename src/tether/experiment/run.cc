@@ -229,9 +229,8 @@ class Run {
     for (size_t i = 0; i < options_.events.size(); ++i) {
       if (done_[i]) continue;
       const Event& event = options_.events[i];
-      const std::string why = event.starts.empty()
-                                  ? "the run ended before " + Fixed(event.time, 2) + " s"
-                                  : "'" + event.starts + "' never started";
+      const std::string why = event.starts.empty() ? "the run ended before " + Fixed(event.time, 2) + " s"
+                                                   : "'" + event.starts + "' never started";
       Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
     }
   }
@@ -356,7 +355,7 @@ class Run {
   scene::WorldEstimate truth_;
   robot::Observations observations_;
   size_t seen_ = 0;
-  size_t logged_margins_ = 0;  ///< That have a series in the log.
+  size_t logged_margins_ = 0;         ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.
   std::vector<bool> done_;            ///< Per disturbance.
   RunReport report_;
