@@ -69,7 +69,8 @@ constexpr double kTurned = 1.0 * std::numbers::pi / 180.0;  // rad
 TEST(PushSim, EndsWhereTheObjectIsToBe) {
   for (const PushCase& push : {PushCase{0.8, 0.1, false, 0.03, 1}, PushCase{0.8, 0.1, true, 0.03, 2},
                                PushCase{0.3, 0.05, false, 0.01, 3}, PushCase{1.0, 1.0, true, -0.03, 4},
-                               PushCase{0.3, 1.0, true, 0.01, 5}, PushCase{1.0, 0.05, false, -0.03, 6}}) {
+                               PushCase{0.3, 1.0, true, 0.01, 5}, PushCase{1.0, 1.0, false, 0.035, 1001},
+                               PushCase{1.0, 0.05, false, -0.03, 6}}) {
     const PushResult result = Push(push);
     EXPECT_LE(result.position, kNear) << push.friction << " " << push.mass << "\n" << result.log;
     EXPECT_LE(result.angle, kTurned) << push.friction << " " << push.mass << "\n" << result.log;

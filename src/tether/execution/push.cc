@@ -36,6 +36,20 @@ constexpr double kPushShare = 0.3;
 constexpr double kBackOff = 0.01;
 constexpr double kBackOffTime = 1.0;  // s, at most
 
+// The fingers hold a tool harder by this many times what the object's friction may press it with.
+constexpr double kGrip = 3;
+constexpr double kGravity = 9.81;  // m/s²
+
+// What the plan has the fingers close with, N.
+double PlannedForce(const planning::PlanStep& grasp) {
+  double force = 0;
+  for (const planning::Verb& verb : grasp.execute) {
+    const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+    if (gripper != nullptr && !gripper->close_on.empty()) force = gripper->force;
+  }
+  return force;
+}
+
 Vector3d Level(const Vector3d& v_W) { return {v_W.x(), v_W.y(), 0}; }
 
 }  // namespace
@@ -56,6 +70,11 @@ void Executive::Impl::EnterPush() {
   now_.normal_C = X_WC.R.transpose() * normal_W.normalized();
   double friction = object.friction;
   if (!hand) friction = std::min(friction, scene_.objects[static_cast<size_t>(step().tool)].friction);
+  if (!hand && step().grasp_step != kNone) {
+    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]) +
+                         kGrip * object.friction * object.mass.value_or(0) * kGravity;
+    gripper_.force = std::min(force, model_->gripper().max_force);
+  }
   now_.slope = std::tan(kConeShare * std::atan(std::max(friction, kLeastFriction)));
 }
 
@@ -149,6 +168,10 @@ Outcome Executive::Impl::FinishPush() {
     ResetReferenceToHand();
     now_.X_TG.p += kBackOff * back_W;
     now_.speed = 0.05;
+  }
+  if (step().tool != kNone && step().grasp_step != kNone) {
+    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]);
+    gripper_.force = std::min(force, model_->gripper().max_force);
   }
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.001;
   if (!arrived && time_ - now_.start < kBackOffTime) return Outcome::kRunning;
