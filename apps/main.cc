@@ -1,50 +1,60 @@
 // The program: parses the command line, and leaves the work to tether/experiment/commands.h.
 
-#include <atomic>
-#include <csignal>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <iostream>
+#include <new>
 
 #include <CLI/CLI.hpp>
 
+#include "signals.h"
+
 #include "tether/common/error.h"
+#include "tether/common/limits.h"
 #include "tether/common/log.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/task_command.h"
+#include "tether/experiment/terminal.h"
 #include "tether/experiment/version.h"
 
 namespace {
 
 using namespace tether::experiment;
 
-std::atomic<bool> stop_requested{false};
-
-/// The first signal asks for an end with what was found so far; another one, a second or more later, ends the
-/// program at once. Sooner ones are the same request: `timeout`, for one, signals the program and then its
-/// whole group.
-extern "C" void RequestStop(int signal) {
-  static volatile std::sig_atomic_t first = 0;
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  if (!stop_requested.exchange(true)) {
-    first = static_cast<std::sig_atomic_t>(now.tv_sec);
-  } else if (now.tv_sec - first > 1) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-}
-
-/// CLI11 alone takes -4 as a very large unsigned number.
+/// CLI11 alone takes -4, and what is too large, as the nearest number that there is.
 CLI::Validator WholeNumber() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
-        const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-        return digits ? "" : "'" + text + "' (a whole number, zero or more, is accepted)";
+        uint64_t number = 0;
+        const char* const end = text.data() + text.size();
+        const auto [read, error] = std::from_chars(text.data(), end, number);
+        const bool whole = error == std::errc() && read == end;
+        return whole ? "" : "'" + text + "' (a whole number from 0 to 18446744073709551615 is accepted)";
       },
       "");
+}
+
+void AddMemoryLimit(CLI::App& command, size_t& bytes) {
+  command
+      .add_option_function<std::string>(
+          "--memory-limit", [&bytes](const std::string& text) { bytes = *tether::ParseMemorySize(text); },
+          "The program gives up when it occupies so much memory, such as 500M or 4G (without a unit: MiB; "
+          "default 2G); 0: no limit")
+      ->check(CLI::Validator(
+          [](std::string& text) -> std::string {
+            return tether::ParseMemorySize(text)
+                       ? ""
+                       : "'" + text + "' (a size is accepted, such as 512, 500M or 2.5G; 0: no limit)";
+          },
+          ""))
+      ->type_name("SIZE");
 }
 
 void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
@@ -54,8 +64,10 @@ void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
   command.add_option("--threads", overrides.threads, "Candidates optimised at once; 0: all processors")
       ->type_name("N");
   command
-      .add_option("--time-limit", overrides.time_limit_s, "Planning stops after so many seconds; 0: no limit")
+      .add_option("--time-limit", overrides.time_limit_s,
+                  "Grounding and planning stop after so many seconds; 0: no limit")
       ->type_name("S");
+  AddMemoryLimit(command, overrides.memory_limit);
   command.add_option("--goal", overrides.goal, "Temporal formula, in place of the scenario's goal")
       ->type_name("FORMULA");
   command.add_option("--semantics", overrides.semantics, "Of the temporal goal: cosafe (default) or ltlf")
@@ -97,7 +109,7 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
   tether plan scenarios/workspace_reach.yaml --output plan.json --trace trace.json)");
   command->callback([&] {
     run = [&] {
-      arguments.overrides.stop = &stop_requested;
+      arguments.overrides.stop = &StopRequested();
       return PlanCommand(arguments);
     };
   });
@@ -132,7 +144,7 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
   tether run scenarios/workspace_reach.yaml --plan plan.json --json run.json)");
   command->callback([&] {
     run = [&] {
-      arguments.overrides.stop = &stop_requested;
+      arguments.overrides.stop = &StopRequested();
       return RunCommand(arguments);
     };
   });
@@ -192,7 +204,7 @@ Examples:
   tether bench geometry --json geometry.json)");
   command->callback([&] {
     run = [&] {
-      arguments.stop = &stop_requested;
+      arguments.stop = &StopRequested();
       std::error_code unknown;  // Then the process is not timed.
       arguments.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
       return BenchCommand(arguments);
@@ -276,7 +288,7 @@ Examples:
   tether campaign control --kind moved --output moved.jsonl)");
   command->callback([&] {
     run = [&] {
-      arguments.options.stop = &stop_requested;
+      arguments.options.stop = &StopRequested();
       return CampaignCommand(arguments);
     };
   });
@@ -324,8 +336,10 @@ void AddTask(CLI::App& app, TaskArguments& arguments, std::function<int()>& run)
   command->add_option("--max-plans", arguments.max_plans, "So many plans, cheapest first (default 1); 0: all")
       ->type_name("K");
   command
-      ->add_option("--time-limit", arguments.time_limit_s, "Search stops after so many seconds; 0: no limit")
+      ->add_option("--time-limit", arguments.time_limit_s,
+                   "Reading, grounding and search stop after so many seconds; 0: no limit")
       ->type_name("S");
+  AddMemoryLimit(*command, arguments.memory_limit);
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
   command->footer(R"(Examples:
@@ -334,7 +348,7 @@ void AddTask(CLI::App& app, TaskArguments& arguments, std::function<int()>& run)
   tether task domain.pddl problem.pddl --goal 'F(on(a,b) & X F on(b,c))' --max-plans 3 --json -)");
   command->callback([&] {
     run = [&] {
-      arguments.stop = &stop_requested;
+      arguments.stop = &StopRequested();
       return TaskCommand(arguments);
     };
   });
@@ -346,6 +360,7 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", "tether " + Version());
   bool verbose = false;
   app.add_flag("--verbose", verbose, "Say more, on standard error");
+  size_t memory_limit = tether::kDefaultMemoryLimit;
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(R"(Examples:
@@ -374,20 +389,36 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   AddCampaign(app, campaign, command);
   AddAutomaton(app, automaton, command);
   AddTask(app, task, command);
+  for (CLI::App* one : app.get_subcommands({})) {
+    if (one->get_option_no_throw("--memory-limit") == nullptr) AddMemoryLimit(*one, memory_limit);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitSuccess : kExitBadInput;
+    const int code = app.exit(error);
+    if (!std::cout.flush()) throw tether::InputError("cannot write to standard output");
+    return code == 0 ? kExitSuccess : kExitBadInput;
   }
   tether::SetVerbose(verbose);
-  std::signal(SIGINT, RequestStop);
-  std::signal(SIGTERM, RequestStop);
-  return command();
+  if (StopRequested()) return kExitInterrupted;
+  tether::Limits limits;
+  limits.interrupted = &StopRequested();
+  limits.memory = memory_limit;
+  const tether::LimitsScope scope(limits);
+  const int code = command();
+  RequireStandardOutput();
+  return code;
 }
 
-}  // namespace
+/// A file that is opened must not become standard output because that is closed: what is printed would go into
+/// it. Nothing can be written to what is opened here.
+void HoldClosedStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(fd, F_GETFD) == -1 && errno == EBADF) open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
+}
 
-int main(int argc, char** argv) {
+int Guarded(int argc, char** argv) {
   try {
     return Main(argc, argv);
   } catch (const tether::InputError& error) {
@@ -395,8 +426,23 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "%s\n", diagnostic.ToString().c_str());
     }
     return kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "gave up: there is not enough memory\n");
+    return kExitGaveUp;
+  } catch (const tether::LimitReached& reached) {
+    std::fprintf(stderr, "%s\n", reached.what());
+    return reached.limit() == tether::Limit::kInterrupted ? kExitInterrupted : kExitGaveUp;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "internal error: %s\n", error.what());
     return kExitInternal;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  HoldClosedStreams();
+  const int code = Guarded(argc, argv);
+  FinishSignals();
+  return StopRequested() ? kExitInterrupted : code;
 }

@@ -3,11 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/common/bounds.h"
+
 namespace tether {
 namespace {
 
 std::string Shown(const Value& value) {
   return value.is_scalar() ? "'" + value.AsText() + "'" : value.KindName();
+}
+
+bool IsFinite(const Value& value) {
+  return value.kind() == Value::Kind::kNumber && std::isfinite(value.number());
 }
 
 }  // namespace
@@ -41,6 +47,12 @@ double ObjectReader::Number(std::string_view key, double fallback) {
 int ObjectReader::Integer(std::string_view key, int fallback) {
   const Value* member = Optional(key);
   return member ? ReadInteger(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback)
+                : fallback;
+}
+
+uint64_t ObjectReader::Natural(std::string_view key, uint64_t fallback) {
+  const Value* member = Optional(key);
+  return member ? ReadNatural(*member, "'" + std::string(key) + "' of " + what_, diagnostics_, fallback)
                 : fallback;
 }
 
@@ -90,22 +102,49 @@ void ObjectReader::Finish() {
 }
 
 double ReadNumber(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback) {
-  if (value.kind() == Value::Kind::kNumber && std::isfinite(value.number())) return value.number();
-  diagnostics.Add(value.where(), what + " is " + Shown(value), "a finite number is accepted");
+  const bool finite = IsFinite(value);
+  if (finite && std::abs(value.number()) <= kGreatestNumber) return value.number();
+  diagnostics.Add(value.where(), what + " is " + Shown(value),
+                  finite ? "a number from -1e9 to 1e9 is accepted" : "a finite number is accepted");
   return fallback;
 }
 
 double ReadPositive(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback) {
-  if (value.kind() == Value::Kind::kNumber && std::isfinite(value.number()) && value.number() > 0) {
+  const bool above_zero = IsFinite(value) && value.number() > 0;
+  if (above_zero && value.number() >= kSmallestPositive && value.number() <= kGreatestNumber)
     return value.number();
-  }
-  diagnostics.Add(value.where(), what + " is " + Shown(value), "a finite number above zero is accepted");
+  diagnostics.Add(value.where(), what + " is " + Shown(value),
+                  above_zero ? "a number from 1e-9 to 1e9 is accepted"
+                             : "a finite number above zero is accepted");
+  return fallback;
+}
+
+double ReadLength(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback) {
+  const bool above_zero = IsFinite(value) && value.number() > 0;
+  if (above_zero && value.number() >= kSmallestPositive && value.number() <= kGreatestLength)
+    return value.number();
+  diagnostics.Add(value.where(), what + " is " + Shown(value),
+                  above_zero ? "a length from 1e-9 m to 10 km is accepted"
+                             : "a finite number above zero is accepted");
   return fallback;
 }
 
 int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagnostics, int fallback) {
-  if (value.is_integer() && std::abs(value.integer()) <= 2147483647) return static_cast<int>(value.integer());
-  diagnostics.Add(value.where(), what + " is " + Shown(value), "a whole number is accepted");
+  constexpr int64_t kMost = 2147483647;
+  if (value.is_integer() && value.integer() >= -kMost && value.integer() <= kMost)
+    return static_cast<int>(value.integer());
+  const bool whole = value.is_integer() || value.natural();
+  diagnostics.Add(value.where(), what + " is " + Shown(value),
+                  whole ? "a whole number from -2147483647 to 2147483647 is accepted"
+                        : "a whole number is accepted");
+  return fallback;
+}
+
+uint64_t ReadNatural(const Value& value, const std::string& what, Diagnostics& diagnostics,
+                     uint64_t fallback) {
+  if (const auto natural = value.natural()) return *natural;
+  diagnostics.Add(value.where(), what + " is " + Shown(value),
+                  "a whole number from 0 to 18446744073709551615 is accepted");
   return fallback;
 }
 
@@ -136,8 +175,10 @@ std::optional<Eigen::VectorXd> ReadVector(const Value& value, int size, const st
   Eigen::VectorXd vector(value.items().size());
   for (size_t i = 0; i < value.items().size(); ++i) {
     const Value& item = value.items()[i];
-    if (item.kind() != Value::Kind::kNumber || !std::isfinite(item.number())) {
-      diagnostics.Add(item.where(), what + " has the entry " + Shown(item), accepted);
+    const bool finite = IsFinite(item);
+    if (!finite || std::abs(item.number()) > kGreatestLength) {
+      diagnostics.Add(item.where(), what + " has the entry " + Shown(item),
+                      finite ? "numbers from -10000 to 10000 (m or rad) are accepted" : accepted);
       return std::nullopt;
     }
     vector[static_cast<Eigen::Index>(i)] = item.number();

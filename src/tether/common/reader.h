@@ -25,6 +25,7 @@ class ObjectReader {
 
   double Number(std::string_view key, double fallback);
   int Integer(std::string_view key, int fallback);
+  uint64_t Natural(std::string_view key, uint64_t fallback);
   bool Bool(std::string_view key, bool fallback);
   std::string Text(std::string_view key, std::string fallback);
   Eigen::VectorXd Vector(std::string_view key, const Eigen::VectorXd& fallback);
@@ -44,12 +45,18 @@ class ObjectReader {
   std::vector<std::string> known_;
 };
 
-/// Single values, with the same manner of reporting. `what` names the value: "mass of object 'box'".
+/// Single values, with the same manner of reporting, within the bounds of bounds.h. `what` names the value:
+/// "mass of object 'box'".
 double ReadNumber(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback = 0);
 /// A finite number above zero.
 double ReadPositive(const Value& value, const std::string& what, Diagnostics& diagnostics,
                     double fallback = 1);
+/// A length above zero, m.
+double ReadLength(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback = 1);
 int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagnostics, int fallback = 0);
+/// A whole number from 0 to 2^64 − 1.
+uint64_t ReadNatural(const Value& value, const std::string& what, Diagnostics& diagnostics,
+                     uint64_t fallback = 0);
 bool ReadBool(const Value& value, const std::string& what, Diagnostics& diagnostics, bool fallback = false);
 std::string ReadText(const Value& value, const std::string& what, Diagnostics& diagnostics);
 /// A list of `size` finite numbers; any size if `size` is negative.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,6 +40,8 @@ class Value {
   Value(std::string_view value);        // NOLINT
   Value(const char* value);             // NOLINT
   Value(const Eigen::VectorXd& value);  // NOLINT
+  /// What an unquoted scalar of YAML or a literal of JSON means: true, false, a number, else text. Keeps `text`.
+  static Value FromText(std::string text);
   static Value Array() { return Value(Kind::kArray); }
   static Value Object() { return Value(Kind::kObject); }
 
@@ -57,11 +60,16 @@ class Value {
   std::string AsText() const;
   double number() const { return number_; }
   bool boolean() const { return number_ != 0; }
-  bool is_integer() const { return is_integer_; }
+  /// A whole number from −2^63 to 2^63 − 1, which integer() gives exactly.
+  bool is_integer() const { return whole_ == Whole::kSigned; }
   int64_t integer() const { return integer_; }
+  /// A whole number from 0 to 2^64 − 1, exactly; none otherwise.
+  std::optional<uint64_t> natural() const;
 
   const std::vector<Value>& items() const { return items_; }
   void Append(Value value) { items_.push_back(std::move(value)); }
+  /// Adds a member whose key is new, which the caller knows.
+  void AppendMember(std::string key, Location where, Value value);
 
   const std::vector<Member>& members() const;
   /// The member with this key, or null.
@@ -71,11 +79,11 @@ class Value {
   Value& Set(std::string_view key, Value value, Location where = {});
 
  private:
-  friend class YamlReader;
+  enum class Whole : uint8_t { kNo, kSigned, kUnsigned };  // How integer_ is to be read.
   explicit Value(Kind kind);
 
   Kind kind_ = Kind::kNull;
-  bool is_integer_ = false;
+  Whole whole_ = Whole::kNo;
   int64_t integer_ = 0;
   double number_ = 0;
   std::string text_;
@@ -90,20 +98,22 @@ struct Value::Member {
   Value value;
 };
 
-/// Parses YAML (JSON is a part of it). `file` names the text in errors. Throws InputError, with the place, on
-/// malformed text, a key that is given twice, or an alias to an anchor that is not there.
+/// Bounds of a document. Beyond them it is refused: a few hundred bytes of aliases within aliases would
+/// otherwise fill any memory.
+inline constexpr int kMaxDepth = 200;               ///< Lists and maps within each other.
+inline constexpr size_t kMaxValues = 4'000'000;     ///< All together.
+inline constexpr size_t kMaxAliasedValues = 100'000;  ///< Of those, what anchors and aliases add.
+
+/// Parses YAML (JSON is a part of it): one document, in UTF-8. `file` names the text in errors. Throws
+/// InputError, with the place, on malformed text, a second document, a key that is given twice or is no text,
+/// an alias to an anchor that is not there or that it is part of, and beyond the bounds above.
 Value ParseYaml(std::string_view text, const std::string& file);
 
 /// Reads and parses a file. Throws InputError if it can't be read.
 Value ReadYaml(const std::string& path);
 
 /// The document as JSON. Numbers are written with the fewest digits that read back to the same double;
-/// numbers that are not finite become null, since JSON has no word for them.
+/// numbers that are not finite become null, since JSON has no word for them. ParseYaml() reads it back.
 std::string WriteJson(const Value& value, int indent = 2);
-
-/// The whole file as text. Throws InputError if it can't be read.
-std::string ReadFile(const std::string& path);
-/// Writes a file in one step (a temporary one, renamed). Throws InputError if it can't be written.
-void WriteFile(const std::string& path, std::string_view text);
 
 }  // namespace tether

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tether/constraints/grasp.h"
+#include "tether/common/text.h"
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/opposite_sides.h"
@@ -227,7 +228,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
     if (!std::isfinite(smallest))
       return sink.Refute("no two sides of " + object + " face each other across the fingers' approach");
     char text[160];
-    std::snprintf(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
+    FormatInto(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
                   object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
     return sink.Refute(text);
   }
@@ -346,7 +347,7 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
         if (approaches.size() > 1) {
           char text[80];
           const Vector3d along_P = part.X_SP.R.transpose() * approach_O;
-          std::snprintf(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(),
+          FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(),
                         along_P.z());
           grasp.label += text;
         }

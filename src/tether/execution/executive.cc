@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <variant>
 
 #include "tether/common/error.h"
+#include "tether/common/text.h"
 #include "tether/execution/executive_impl.h"
 
 namespace tether::execution {
@@ -38,7 +38,7 @@ bool IsFinite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); 
 
 std::string Millimetres(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f mm", 1000 * metres);
+  FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
   return text;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
+#include "tether/common/text.h"
 #include "tether/constraints/grasp.h"
 #include "tether/constraints/opposite_sides.h"
 #include "tether/geometry/support.h"
@@ -83,7 +83,7 @@ std::optional<TopGrasp> FindTopGrasp(const robot::Model& model, const geometry::
   }
   if (!best && reason != nullptr) {
     char text[160];
-    std::snprintf(text, sizeof text,
+    FormatInto(text, sizeof text,
                   "it is %.1f cm wide where it is narrowest, and the gripper takes %.1f cm", 100 * narrowest,
                   100 * std::min(gripper.max_width, gripper.max_opening - 0.005));
     *reason = std::isfinite(narrowest) ? text : "it has no pair of faces that fingers could close on";

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tether/common/error.h"
+#include "tether/common/text.h"
 #include "tether/control/objective.h"
 #include "tether/execution/velocity_executive_impl.h"
 #include "tether/planning/action_reader.h"
@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 std::string Centimetres(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.0f cm", 100 * metres);
+  FormatInto(text, sizeof text, "%.0f cm", 100 * metres);
   return text;
 }
 

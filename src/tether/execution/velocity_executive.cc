@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tether/common/error.h"
+#include "tether/common/text.h"
 #include "tether/execution/velocity_executive_impl.h"
 #include "tether/geometry/distance.h"
 
@@ -20,7 +20,7 @@ constexpr double kLostTime = 0.1;
 
 std::string Number(double value, const char* format) {
   char text[40];
-  std::snprintf(text, sizeof text, format, value);
+  FormatInto(text, sizeof text, format, value);
   return text;
 }
 

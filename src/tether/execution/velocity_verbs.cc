@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "tether/constraints/field_function.h"
+#include "tether/common/text.h"
 #include "tether/control/objective.h"
 #include "tether/execution/top_grasp.h"
 #include "tether/execution/velocity_executive_impl.h"
@@ -39,7 +39,7 @@ constexpr double kWaypoint = 0.04;  // rad
 
 std::string Millimetres(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.1f mm", 1000 * metres);
+  FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include "tether/common/log.h"
 #include "tether/experiment/commands.h"
+#include "tether/experiment/outputs.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/terminal.h"
 #include "tether/ltl/cosafe.h"
@@ -75,6 +76,9 @@ int AutomatonCommand(const AutomatonArguments& arguments) {
     throw InputError("--json - and --hoa or --dot would both write to standard output",
                      "one of them, or --json with a file");
   }
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Require();
   const CompiledFormula compiled = CompileFormula(arguments.formula, arguments.semantics);
   const Terminal terminal(json_to_stdout);
   if (!compiled.automaton) {
@@ -82,23 +86,15 @@ int AutomatonCommand(const AutomatonArguments& arguments) {
                  "gave up: the automaton has too many states or transitions to be built as a whole\n");
     return kExitGaveUp;
   }
-  if (!arguments.json.empty()) {
-    const std::string json = WriteJson(WriteAutomatonReport(compiled));
-    if (json_to_stdout) {
-      std::fputs(json.c_str(), stdout);
-    } else {
-      WriteFile(arguments.json, json);
-    }
-  }
+  if (!arguments.json.empty()) outputs.Write(arguments.json, WriteAutomatonReport(compiled));
   if (arguments.hoa) {
-    std::fputs(WriteHoa(*compiled.automaton, compiled.formula.ToString(), compiled.semantics).c_str(),
-               stdout);
+    outputs.Write("-", WriteHoa(*compiled.automaton, compiled.formula.ToString(), compiled.semantics));
   } else if (arguments.dot) {
-    std::fputs(WriteDot(*compiled.automaton, compiled.formula.ToString()).c_str(), stdout);
+    outputs.Write("-", WriteDot(*compiled.automaton, compiled.formula.ToString()));
   } else if (!json_to_stdout) {
     PrintAutomaton(compiled, terminal);
   }
-  std::fflush(stdout);
+  outputs.Finish();
   if (compiled.automaton->IsSatisfiable()) return kExitSuccess;
   std::fprintf(stderr, "the formula cannot be satisfied: no finite word, however long, makes it true\n");
   return kExitImpossible;

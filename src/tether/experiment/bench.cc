@@ -2,10 +2,13 @@
 #include <filesystem>
 
 #include "tether/experiment/bench_control.h"
+#include "tether/common/file.h"
+#include "tether/common/text.h"
 #include "tether/experiment/bench_planning.h"
 #include "tether/experiment/bench_task.h"
 #include "tether/experiment/bench_tick.h"
 #include "tether/experiment/commands.h"
+#include "tether/experiment/outputs.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/terminal.h"
 #include "tether/geometry/geometry_bench.h"
@@ -25,11 +28,7 @@ std::string Actions(const planning::Plan& plan) {
 }
 
 void WriteResult(const BenchArguments& arguments, const Value& value) {
-  if (arguments.json == "-") {
-    std::fputs(WriteJson(value).c_str(), stdout);
-  } else if (!arguments.json.empty()) {
-    WriteFile(arguments.json, WriteJson(value));
-  }
+  if (!arguments.json.empty()) WriteOutput(arguments.json, WriteJson(value));
 }
 
 /// Paper A, Table I: both problems with both solvers, every candidate, failures included.
@@ -83,7 +82,7 @@ int BenchGeometry(const BenchArguments& arguments) {
   for (const geometry::PairReport& pair : geometry::BenchmarkDistances(10000, seed)) {
     const auto number = [](double value) {
       char text[32];
-      std::snprintf(text, sizeof text, "%.1e", value);
+      FormatInto(text, sizeof text, "%.1e", value);
       return std::string(text);
     };
     terminal.Print(Column(pair.kind_a + "-" + pair.kind_b, 22) + Column(std::to_string(pair.pairs), 8) +
@@ -131,7 +130,7 @@ int BenchControl(const BenchArguments& arguments) {
   print("warm, smooth sequence", bench.warm);
   print("warm, unrelated", bench.warm_random);
   char kkt[32];
-  std::snprintf(kkt, sizeof kkt, "%.1e", bench.max_kkt);
+  FormatInto(kkt, sizeof kkt, "%.1e", bench.max_kkt);
   terminal.Print("largest relative KKT residual " + std::string(kkt) + ", unsolved " +
                  std::to_string(bench.unsolved));
   const int ticks = arguments.ticks.value_or(20000);
@@ -202,6 +201,9 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
 }
 
 int BenchCommand(const BenchArguments& arguments) {
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Require(arguments.scenarios);
   if (arguments.name == "planning") return BenchPlanning(arguments);
   if (arguments.name == "table1" || arguments.name == "geometry" || arguments.name == "control" ||
       arguments.name == "task") {

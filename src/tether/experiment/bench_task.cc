@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/process_time.h"
 #include "tether/experiment/region_domain.h"
@@ -201,13 +201,13 @@ std::string TaskRowText(const TaskRow& row) {
   std::string text = row.section + ", " + row.name;
   if (row.automaton_states > 0) text += "; automaton " + std::to_string(row.automaton_states) + " states";
   if (row.reachable) {
-    std::snprintf(line, sizeof line, "; %.0f states reachable", *row.reachable);
+    FormatInto(line, sizeof line, "; %.0f states reachable", *row.reachable);
     text += line;
   }
   for (const TaskMeasurement& search : row.searches) {
     const std::string cost =
         search.cost ? std::to_string(static_cast<int>(std::lround(*search.cost))) + " actions" : "gave up";
-    std::snprintf(line, sizeof line, "\n  %-18s %-11s %9llu expanded %10llu generated %10.1f ms",
+    FormatInto(line, sizeof line, "\n  %-18s %-11s %9llu expanded %10llu generated %10.1f ms",
                   search.algorithm.c_str(), cost.c_str(), static_cast<unsigned long long>(search.expanded),
                   static_cast<unsigned long long>(search.generated), 1e3 * search.seconds);
     text += line;

@@ -1,16 +1,14 @@
 #include "tether/experiment/campaign.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <filesystem>
 #include <map>
-#include <memory>
 
 #include "tether/common/error.h"
 #include "tether/experiment/campaign_control.h"
 #include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/campaign_scene.h"
 #include "tether/experiment/plan_output.h"
+#include "tether/experiment/record_file.h"
 #include "tether/robot/model.h"
 
 namespace tether::experiment {
@@ -78,105 +76,29 @@ std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene
 std::string LabelOf(const Value& record) {
   const auto integer = [&](const char* key) {
     const Value* value = record.Find(key);
-    return value == nullptr ? 0 : value->integer();
+    return value == nullptr ? 0 : value->natural().value_or(0);
   };
   const Value* kind = record.Find("kind");
   return CampaignScene{kind == nullptr ? "" : kind->AsText(), static_cast<int>(integer("blocks")),
-                       static_cast<uint64_t>(integer("seed"))}
+                       integer("seed")}
       .Label();
 }
 
-/// The file with a line per scene: a header first, then one record each.
-class RecordFile {
- public:
-  explicit RecordFile(const CampaignOptions& options) : path_(options.output) {
-    if (path_.empty()) return;
-    Value header = OutputHeader("tether.campaign_records/1", options.seed)
-                       .Set("name", options.name)
-                       .Set("restarts", options.restarts);
-    if (options.name == "execution") header.Set("no_robot", options.no_robot);
-    if (options.name == "control" && !options.scenario.empty()) header.Set("scenario", options.scenario);
-    std::error_code error;
-    if (std::filesystem::is_directory(path_, error)) {
-      throw InputError("--output: '" + path_ + "' is a folder", "a file");
-    }
-    bool begun = std::filesystem::exists(path_, error) && std::filesystem::file_size(path_, error) > 0;
-    if (begun) begun = ReadRecords(header);
-    file_.reset(std::fopen(path_.c_str(), "a"));
-    if (file_ == nullptr)
-      throw InputError("--output: cannot write '" + path_ + "'", "a path in a writable folder");
-    if (!begun) Append(header);
-  }
+Value HeaderOf(const CampaignOptions& options) {
+  Value header = OutputHeader("tether.campaign_records/1", options.seed)
+                     .Set("name", options.name)
+                     .Set("restarts", options.restarts);
+  if (options.name == "execution") header.Set("no_robot", options.no_robot);
+  if (options.name == "control" && !options.scenario.empty()) header.Set("scenario", options.scenario);
+  return header;
+}
 
-  /// The record of a scene that was finished earlier, or null.
-  const Value* Find(const std::string& label) const {
-    const auto found = records_.find(label);
-    return found == records_.end() ? nullptr : &found->second;
-  }
-  void Append(const Value& record) {
-    if (file_ == nullptr) return;
-    const std::string line = WriteJson(record, 0) + "\n";
-    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size() ||
-        std::fflush(file_.get()) != 0) {
-      throw InputError("--output: cannot write '" + path_ + "'", "a disk with room");
-    }
-  }
-
- private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
-  /// False if not even the header is whole.
-  bool ReadRecords(const Value& header) {
-    std::string text = ReadFile(path_);
-    // A line that was being written when the program was killed is measured again.
-    const size_t end = text.rfind('\n') + 1;
-    if (end < text.size()) {
-      std::filesystem::resize_file(path_, end);
-      text.resize(end);
-    }
-    int number = 0;
-    for (size_t begin = 0; begin < text.size();) {
-      const size_t line_end = text.find('\n', begin);
-      ++number;
-      const Value line = ParseLine(text.substr(begin, line_end - begin), number);
-      begin = line_end + 1;
-      if (number == 1) {
-        CheckHeader(line, header);
-      } else {
-        records_[LabelOf(line)] = line;
-      }
-    }
-    return number > 0;
-  }
-
-  Value ParseLine(const std::string& text, int number) const {
-    const Location where{path_, number, 0};
-    try {
-      Value line = ParseYaml(text, path_);
-      if (line.is_object()) return line;
-    } catch (const InputError&) {  // said below, with the right line
-    }
-    throw InputError({{where, "this is no line of a campaign", "the file of a campaign, or a new one"}});
-  }
-
-  void CheckHeader(const Value& line, const Value& header) const {
-    Diagnostics diagnostics;
-    for (const Value::Member& member : header.members()) {
-      const Value* found = line.Find(member.key);
-      const std::string before = found == nullptr ? "nothing" : found->AsText();
-      if (before == member.value.AsText()) continue;
-      diagnostics.Add({path_, 1, 0}, "this campaign has " + member.key + " '" + before + "'",
-                      "'" + member.value.AsText() + "', as asked for now; or another file");
-    }
-    diagnostics.ThrowIfAny();
-  }
-
-  std::string path_;
-  std::unique_ptr<std::FILE, Close> file_;
-  std::map<std::string, Value> records_;
-};
+/// The finished scenes by their labels, after the header.
+std::map<std::string, Value> RecordsOf(const RecordFile& file) {
+  std::map<std::string, Value> records;
+  for (const Value& record : file.earlier()) records[LabelOf(record)] = record;
+  return records;
+}
 
 }  // namespace
 
@@ -224,13 +146,14 @@ void CampaignOptions::Validate() const {
 
 CampaignResult RunCampaign(const CampaignOptions& options, const RecordCallback& on_record) {
   options.Validate();
-  RecordFile file(options);
+  RecordFile file(options.output, HeaderOf(options));
+  const std::map<std::string, Value> earlier_records = RecordsOf(file);
   CampaignResult result;
   const std::vector<CampaignScene> scenes = Scenes(options);
   for (size_t i = 0; i < scenes.size(); ++i) {
-    const Value* earlier = file.Find(scenes[i].Label());
-    if (earlier != nullptr) {
-      result.records.push_back(*earlier);
+    const auto earlier = earlier_records.find(scenes[i].Label());
+    if (earlier != earlier_records.end()) {
+      result.records.push_back(earlier->second);
     } else {
       std::optional<Value> record;
       if (!Stopped(options)) record = Measure(options, scenes[i]);

@@ -1,155 +1,20 @@
 #include "tether/experiment/check.h"
 
-#include <algorithm>
-#include <cmath>
 #include <deque>
 #include <filesystem>
 #include <optional>
 
 #include "tether/constraints/kind.h"
-#include "tether/experiment/contact.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/scene_reader.h"
 #include "tether/experiment/terminal.h"
-#include "tether/geometry/distance.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/checker.h"
 #include "tether/planning/plan_file.h"
-#include "tether/scene/region.h"
+#include "tether/sim/world.h"
 
 namespace tether::experiment {
 namespace {
-
-constexpr double kTolerance = 1e-3;
-
-std::string Millimetres(double metres) { return Fixed(1e3 * metres, 1) + " mm"; }
-
-/// Finds where the geometry of a scene disagrees with itself.
-class GeometryCheck {
- public:
-  explicit GeometryCheck(const Scenario& scenario)
-      : scenario_(scenario), scene_(scenario.scene), poses_(InitialPoses(scenario.scene)) {}
-
-  std::vector<std::string> Run() {
-    CheckOverlaps();
-    CheckFloating();
-    if (scenario_.problem != nullptr) CheckInit();
-    return std::move(problems_);
-  }
-
- private:
-  Resting Between(const scene::Object& upper, const scene::Object& lower) const {
-    return FindResting(upper, poses_.at(upper.name), lower, poses_.at(lower.name));
-  }
-
-  void CheckOverlaps() {
-    for (size_t i = 0; i < scene_.objects.size(); ++i) {
-      for (size_t j = i + 1; j < scene_.objects.size(); ++j) {
-        const scene::Object &a = scene_.objects[i], &b = scene_.objects[j];
-        if (!a.movable() && !b.movable()) continue;  // furniture may be built into furniture
-        const double distance = Between(a, b).distance;
-        if (distance < -kTolerance) {
-          problems_.push_back("objects '" + a.name + "' and '" + b.name + "' overlap by " +
-                              Millimetres(-distance));
-        }
-      }
-    }
-  }
-
-  void CheckFloating() {
-    for (const scene::Object& object : scene_.objects) {
-      if (!object.movable()) continue;
-      const scene::Object* below = nullptr;
-      double gap = 1e300;
-      bool carried = false;
-      for (const scene::Object& other : scene_.objects) {
-        if (other.name == object.name) continue;
-        const Resting resting = Between(object, other);
-        carried = carried || (resting.distance <= kTolerance && resting.upward);
-        if (resting.centre_above && resting.distance < gap) {
-          gap = resting.distance;
-          below = &other;
-        }
-      }
-      if (carried || gap <= kTolerance) continue;
-      problems_.push_back("object '" + object.name + "' rests on nothing: " +
-                          (below != nullptr
-                               ? "it is " + Millimetres(gap) + " from '" + below->name + "' below it"
-                               : "there is nothing below it"));
-    }
-  }
-
-  void CheckInit() {
-    const symbolic::Problem& problem = *scenario_.problem;
-    CheckRegions();
-    const int on = problem.domain->FindPredicate("on");
-    if (on < 0 || problem.domain->predicates[static_cast<size_t>(on)].parameters.size() != 2) return;
-    std::vector<std::pair<std::string, std::string>> stated;
-    for (const symbolic::Fact& fact : problem.init) {
-      if (fact.predicate != on) continue;
-      const std::string& upper = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
-      const std::string& lower = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
-      stated.emplace_back(upper, lower);
-      const scene::Object *a = scene_.FindObject(upper), *b = scene_.FindObject(lower);
-      if (a != nullptr && b != nullptr) CheckFact(*a, *b, fact.where);
-    }
-    for (const scene::Object& a : scene_.objects) {
-      const scene::Object* b = a.movable() ? FindSupport(scene_, poses_, a) : nullptr;
-      if (b == nullptr || !CanBeOn(on, a.name, b->name)) continue;
-      if (std::find(stated.begin(), stated.end(), std::make_pair(a.name, b->name)) != stated.end()) continue;
-      problems_.push_back("object '" + a.name + "' rests on '" + b->name + "', but :init of " + problem.file +
-                          " does not say (on " + a.name + " " + b->name + ")");
-    }
-  }
-
-  /// Facts in(object, region) and in(object, group) against where the objects are.
-  void CheckRegions() {
-    const symbolic::Problem& problem = *scenario_.problem;
-    const int in = problem.domain->FindPredicate("in");
-    if (in < 0 || problem.domain->predicates[static_cast<size_t>(in)].parameters.size() != 2) return;
-    for (const symbolic::Fact& fact : problem.init) {
-      if (fact.predicate != in) continue;
-      const std::string& name = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
-      const std::string& area = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
-      const scene::Object* object = scene_.FindObject(name);
-      const bool is_area = scene_.FindRegion(area) != nullptr || scene_.groups.contains(area);
-      if (object == nullptr || !is_area || scene::IsIn(scene_, poses_, *object, area)) continue;
-      problems_.push_back(fact.where.ToString() + ": (in " + name + " " + area +
-                          ") disagrees with the scene: the footprint of '" + name + "' is not within '" +
-                          area + "', or it does not stand there");
-    }
-  }
-
-  void CheckFact(const scene::Object& a, const scene::Object& b, const Location& where) {
-    const Resting resting = Between(a, b);
-    if (resting.Holds(kTolerance)) return;
-    std::string reason;
-    if (std::abs(resting.distance) > kTolerance) {
-      reason = resting.distance > 0 ? "they are " + Millimetres(resting.distance) + " apart"
-                                    : "they overlap by " + Millimetres(-resting.distance);
-    } else {
-      reason = resting.upward ? "its centre of mass is not above '" + b.name + "'"
-                              : "it is not above '" + b.name + "'";
-    }
-    problems_.push_back(where.ToString() + ": (on " + a.name + " " + b.name +
-                        ") disagrees with the scene: " + reason);
-  }
-
-  /// Whether the types of the predicate allow (on a b).
-  bool CanBeOn(int on, const std::string& a, const std::string& b) const {
-    const symbolic::Problem& problem = *scenario_.problem;
-    const auto& parameters = problem.domain->predicates[static_cast<size_t>(on)].parameters;
-    const int upper = problem.FindObject(a), lower = problem.FindObject(b);
-    return upper >= 0 && lower >= 0 &&
-           problem.domain->Fits(problem.objects[static_cast<size_t>(upper)].types, parameters[0].types) &&
-           problem.domain->Fits(problem.objects[static_cast<size_t>(lower)].types, parameters[1].types);
-  }
-
-  const Scenario& scenario_;
-  const scene::Scene& scene_;
-  std::map<std::string, math::Pose> poses_;
-  std::vector<std::string> problems_;
-};
 
 class FileChecker {
  public:
@@ -213,6 +78,8 @@ class FileChecker {
   void CheckScenario(const std::string& file, FileCheck& check) {
     check.kind = "scenario";
     Scenario scenario = LoadScenario(file);
+    // What only the simulation refuses is a mistake all the same.
+    if (!scenario.scene.robots.empty()) const sim::World world(scenario.scene, scenario.models);
     check.problems = CheckGeometry(scenario);
     check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
                           std::to_string(scenario.scene.regions.size()) + " regions, " +
@@ -320,8 +187,6 @@ class FileChecker {
 };
 
 }  // namespace
-
-std::vector<std::string> CheckGeometry(const Scenario& scenario) { return GeometryCheck(scenario).Run(); }
 
 std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files, Diagnostics& diagnostics) {
   return FileChecker(diagnostics).Run(files);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/test_scenarios.h"

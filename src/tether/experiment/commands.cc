@@ -10,6 +10,7 @@
 
 #include "tether/common/log.h"
 #include "tether/experiment/check.h"
+#include "tether/experiment/outputs.h"
 #include "tether/experiment/perturb.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/run.h"
@@ -61,20 +62,43 @@ int ExitCodeOf(RunStatus status) {
 /// A scenario read for one command, with what that took.
 struct Loaded {
   Scenario scenario;
-  std::shared_ptr<const symbolic::Task> task;
+  std::shared_ptr<const symbolic::Task> task;  ///< Null: `reached` says why.
+  Limit reached = Limit::kTime;
   double parse_s = 0;
 };
 
-Loaded Load(const std::string& path) {
+/// With `overrides`, grounding keeps to the limits of planning.
+Loaded Load(const std::string& path, const PlanningOverrides* overrides) {
   const auto begin = std::chrono::steady_clock::now();
   Loaded loaded;
   loaded.scenario = LoadScenario(path);
-  loaded.task = MakeTask(loaded.scenario);
+  Limits limits;
+  std::optional<LimitsScope> scope;
+  if (overrides != nullptr) {
+    scope.emplace(limits);
+    limits.interrupted = overrides->stop;
+    limits.memory = overrides->memory_limit;
+    limits.SetTimeLimit(overrides->time_limit_s.value_or(loaded.scenario.planning.time_limit_s));
+  }
+  try {
+    loaded.task = MakeTask(loaded.scenario, limits);
+  } catch (const LimitReached& reached) {
+    loaded.reached = reached.limit();
+  }
   loaded.parse_s = Since(begin);
   return loaded;
 }
 
-planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Problem& problem,
+/// What a plan report says where grounding came to no end.
+planning::PlanReport NotGrounded(const Loaded& loaded) {
+  planning::PlanReport report;
+  const bool interrupted = loaded.reached == Limit::kInterrupted;
+  report.status = interrupted ? planning::PlanStatus::kInterrupted : planning::PlanStatus::kGaveUp;
+  report.message = "grounding: " + std::string(Describe(loaded.reached));
+  return report;
+}
+
+planning::PlanReport PlanWithOutput(const Loaded& loaded, planning::Problem& problem,
                                     const Terminal& terminal) {
   terminal.Print(terminal.Bold(loaded.scenario.title) + "  " +
                  terminal.Dim(nlp::ToString(problem.program.backend) +
@@ -86,10 +110,16 @@ planning::PlanReport PlanWithOutput(const Loaded& loaded, const planning::Proble
     terminal.Print("  " + problem.goal->formula.ToString() +
                    terminal.Dim("  " + ToString(problem.goal->semantics)));
   int number = 0;
-  planning::PlanReport report =
-      planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {
-        terminal.Print(CandidateLine(candidate, ++number, terminal));
-      });
+  planning::PlanReport report;
+  if (loaded.task == nullptr) {
+    report = NotGrounded(loaded);
+  } else {
+    double& limit = problem.search.time_limit_s;
+    if (limit > 0) limit = std::max(limit - loaded.parse_s, 1e-9);
+    report = planning::PlanTask(problem, *loaded.task, [&](const planning::CandidateReport& candidate) {
+      terminal.Print(CandidateLine(candidate, ++number, terminal));
+    });
+  }
   report.parse_s = loaded.parse_s;
   report.total_s += loaded.parse_s;
   terminal.Print("\n" + PlanTable(report, terminal));
@@ -122,7 +152,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
     WarnOfViolations(plan, MakeProblem(scenario, scene, arguments.overrides));
     return plan;
   }
-  const planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
+  planning::Problem problem = MakeProblem(scenario, scene, arguments.overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   plan_report = WritePlanReport(report, scenario.title, problem.search.seed);
   exit_code = ExitCodeOf(report.status);
@@ -185,52 +215,34 @@ bool WorthPrinting(const std::string& kind) {
 
 }  // namespace
 
-void WriteJsonTo(const std::string& path, const Value& value) {
-  if (path.empty()) return;
-  if (path == "-") {
-    std::fputs(WriteJson(value).c_str(), stdout);
-    std::fflush(stdout);
-  } else {
-    WriteFile(path, WriteJson(value));
-  }
-}
-
-void RequireWritable(const std::string& path, const char* option, Diagnostics& diagnostics) {
-  if (path.empty() || path == "-") return;
-  const std::filesystem::path parent = std::filesystem::absolute(path).parent_path();
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    diagnostics.Add({}, std::string(option) + ": " + path + " is a folder", "a path in a writable folder");
-  } else if (!std::filesystem::is_directory(parent, ignored) || access(parent.c_str(), W_OK) != 0) {
-    diagnostics.Add({}, std::string(option) + ": cannot write " + path, "a path in a writable folder");
-  }
-}
-
 int PlanCommand(const PlanArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
-  Diagnostics unwritable;
-  RequireWritable(arguments.json, "--json", unwritable);
-  RequireWritable(arguments.output, "--output", unwritable);
-  RequireWritable(arguments.trace, "--trace", unwritable);
-  unwritable.ThrowIfAny();
-  const Loaded loaded = Load(arguments.scenario);
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Add(arguments.output, "--output");
+  outputs.Add(arguments.trace, "--trace");
+  outputs.Require({arguments.scenario});
   PlanningOverrides overrides = arguments.overrides;
+  const Loaded loaded = Load(arguments.scenario, &overrides);
+  outputs.RequireUnread();
   overrides.trace = !arguments.trace.empty();
-  const planning::Problem problem = MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
+  planning::Problem problem = MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   const uint64_t seed = problem.search.seed;
-  WriteJsonTo(arguments.json, WritePlanReport(report, loaded.scenario.title, seed));
-  if (!arguments.trace.empty()) WriteFile(arguments.trace, WriteJson(WriteTrace(report, seed)));
+  outputs.Write(arguments.json, WritePlanReport(report, loaded.scenario.title, seed));
+  if (!arguments.trace.empty()) outputs.Write(arguments.trace, WriteTrace(report, seed));
   if (!arguments.output.empty()) {
     if (const planning::CandidateReport* best = report.best()) {
       const Value plan = planning::WritePlan(best->plan, Origin(arguments.scenario, seed),
                                              loaded.scenario.scene, loaded.scenario.actions);
-      WriteFile(arguments.output, WriteJson(plan));
+      outputs.Write(arguments.output, plan);
+      outputs.Finish();
       terminal.Print("the best plan is in " + arguments.output);
     } else {
       LogWarning("no feasible plan: " + arguments.output + " is not written");
     }
   }
+  outputs.Finish();
   return ExitCodeOf(report.status);
 }
 
@@ -241,13 +253,15 @@ int RunCommand(const RunArguments& arguments) {
   if (arguments.candidate && *arguments.candidate < 1) {
     throw InputError("--candidate is " + std::to_string(*arguments.candidate), "1 or more: 1 is the best");
   }
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Add(arguments.log, "--log");
+  outputs.Require({arguments.scenario, arguments.plan, arguments.events});
   Diagnostics unwritable;
-  RequireWritable(arguments.json, "--json", unwritable);
-  RequireWritable(arguments.log, "--log", unwritable);
   RequireFolder(arguments.snapshots, unwritable);
   unwritable.ThrowIfAny();
   const Terminal terminal(arguments.json == "-" || arguments.log == "-");
-  const Loaded loaded = Load(arguments.scenario);
+  const Loaded loaded = Load(arguments.scenario, arguments.plan.empty() ? &arguments.overrides : nullptr);
   const Scenario& scenario = loaded.scenario;
   const uint64_t seed = arguments.overrides.seed.value_or(scenario.seed);
   RunOptions options;
@@ -261,6 +275,7 @@ int RunCommand(const RunArguments& arguments) {
     options.goal = ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
   }
   options.stop = arguments.overrides.stop;
+  outputs.RequireUnread();
   const scene::Scene scene = PerturbScene(scenario.scene, scenario.perturb, seed);
 
   int exit_code = kExitSuccess;
@@ -272,7 +287,8 @@ int RunCommand(const RunArguments& arguments) {
     const Value* message = plan_report.Find("message");
     none.reason = "there is no plan to run";
     if (message != nullptr && !message->AsText().empty()) none.reason += ": " + message->AsText();
-    WriteJsonTo(arguments.json, WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
+    outputs.Write(arguments.json, WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
+    outputs.Finish();
     return exit_code == kExitSuccess ? kExitInternal : exit_code;
   }
   std::string names;
@@ -290,33 +306,31 @@ int RunCommand(const RunArguments& arguments) {
   const RunReport report = RunPlan(scenario, scene, *loaded.task, *plan, options);
   PrintJudgement(report, terminal);
   PrintMargins(report, terminal);
-  if (options.log) WriteJsonTo(arguments.log, WriteRunLog(report.log));
+  if (options.log) outputs.Write(arguments.log, WriteRunLog(report.log));
   Value json = WriteRunReport(report, scenario.title, seed);
   if (!plan_report.is_null()) json.Set("planning", plan_report);
-  WriteJsonTo(arguments.json, json);
+  outputs.Write(arguments.json, json);
+  outputs.Finish();
   return ExitCodeOf(report.status);
 }
 
 int ReportCommand(const ReportArguments& arguments) {
-  Diagnostics unwritable;
-  RequireWritable(arguments.output, "--output", unwritable);
-  unwritable.ThrowIfAny();
-  const std::string svg = DrawRunLog(ReadRunLog(ReadYaml(arguments.log)));
-  if (arguments.output == "-") {
-    std::fputs(svg.c_str(), stdout);
-  } else {
-    WriteFile(arguments.output, svg);
-  }
+  Outputs outputs;
+  outputs.Add(arguments.output, "--output");
+  outputs.Require({arguments.log});
+  outputs.Write(arguments.output, DrawRunLog(ReadRunLog(ReadYaml(arguments.log))));
+  outputs.Finish();
   return kExitSuccess;
 }
 
 int CheckCommand(const CheckArguments& arguments) {
   const Terminal terminal;
-  bool good = true;
+  bool rejected = false, wrong = false;
   Diagnostics mistakes;
   for (const FileCheck& check : CheckFiles(arguments.files, mistakes)) {
     const bool fine = check.problems.empty();
-    good = good && fine;
+    // A scenario that disagrees with itself is bad input; a plan that doesn't hold is judged and failed.
+    (check.kind == "plan" || check.kind == "log" ? rejected : wrong) |= !fine;
     std::string line = check.file + ": " + check.kind + ", ";
     line += fine ? terminal.Green("ok")
                  : terminal.Red(std::to_string(check.problems.size()) +
@@ -326,15 +340,16 @@ int CheckCommand(const CheckArguments& arguments) {
     for (const std::string& problem : check.problems) terminal.Print("  " + problem);
   }
   mistakes.ThrowIfAny();
-  return good ? kExitSuccess : kExitFailed;
+  return wrong ? kExitBadInput : rejected ? kExitFailed : kExitSuccess;
 }
 
 int CampaignCommand(const CampaignArguments& arguments) {
   const CampaignOptions& options = arguments.options;
   options.Validate();
-  Diagnostics unwritable;
-  RequireWritable(arguments.json, "--json", unwritable);
-  unwritable.ThrowIfAny();
+  Outputs outputs;
+  outputs.Add(options.output, "--output");
+  outputs.Add(arguments.json, "--json");
+  outputs.Require({options.scenario});
   const Terminal terminal(arguments.json == "-");
   const CampaignResult result = RunCampaign(options, [&](int number, int count, const Value& record) {
     const std::string line = CampaignLine(number, count, record);
@@ -342,7 +357,8 @@ int CampaignCommand(const CampaignArguments& arguments) {
   });
   const Value summary = SummarizeCampaign(options, result);
   terminal.Print(CampaignTable(summary));
-  WriteJsonTo(arguments.json, summary);
+  outputs.Write(arguments.json, summary);
+  outputs.Finish();
   if (!result.interrupted) return kExitSuccess;
   terminal.Print(terminal.Yellow(
       "interrupted" + (options.output.empty() ? "" : "; the same command goes on from " + options.output)));

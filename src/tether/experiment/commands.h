@@ -97,11 +97,6 @@ int GenerateCommand(const GenerateArguments& arguments);
 int CampaignCommand(const CampaignArguments& arguments);
 int AutomatonCommand(const AutomatonArguments& arguments);
 
-/// Writes to a file, or to standard output if `path` is "-"; nothing if it is empty.
-void WriteJsonTo(const std::string& path, const Value& value);
-/// Reports a file that can't be written: now rather than after the work whose result it is for.
-void RequireWritable(const std::string& path, const char* option, Diagnostics& diagnostics);
-
 /// The names that BenchCommand takes, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> BenchNames();
 

@@ -1,6 +1,7 @@
 #include "tether/experiment/contact.h"
 
 #include <cmath>
+#include <vector>
 
 #include "tether/geometry/distance.h"
 #include "tether/geometry/query.h"
@@ -27,7 +28,24 @@ Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, cons
 
 std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene) {
   std::map<std::string, math::Pose> poses;
-  for (const scene::Object& object : scene.objects) poses[object.name] = scene.InitialPose(object.name);
+  // By name first: a chain of parents is followed by looking names up.
+  std::map<std::string, const scene::Object*> by_name;
+  for (const scene::Object& object : scene.objects) by_name.emplace(object.name, &object);
+  for (const scene::Object& object : scene.objects) {
+    std::vector<const scene::Object*> chain;  // those without a pose yet, the outermost last
+    const scene::Object* one = &object;
+    while (one != nullptr && !poses.contains(one->name)) {
+      chain.push_back(one);
+      const auto parent = by_name.find(one->parent);
+      one = parent == by_name.end() ? nullptr : parent->second;
+    }
+    for (; !chain.empty(); chain.pop_back()) {
+      const scene::Object& next = *chain.back();
+      const auto parent = poses.find(next.parent);
+      poses[next.name] =
+          (parent != poses.end() ? parent->second : scene.InitialPose(next.parent)) * next.X_ParentObject;
+    }
+  }
   return poses;
 }
 

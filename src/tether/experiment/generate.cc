@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/common/value.h"
 #include "tether/experiment/commands.h"
 #include "tether/experiment/generate_draft.h"
@@ -40,10 +41,6 @@ std::vector<std::pair<std::string, std::string>> GeneratorKinds() {
 
 GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& parameters, uint64_t seed) {
   Diagnostics diagnostics;
-  // A scenario's seed is read as a signed number.
-  if (seed > static_cast<uint64_t>(INT64_MAX)) {
-    diagnostics.Add({}, "--seed is " + std::to_string(seed), "0 to " + std::to_string(INT64_MAX));
-  }
   if (kind == "hanoi") {
     RequireRange("--blocks", parameters.blocks, 2, 8, "edges of 3 to 7 cm, in a tower that the arm reaches",
                  diagnostics);
@@ -101,6 +98,7 @@ std::string WriteGenerated(const GeneratedScenario& generated, const std::string
     throw InputError("--output: cannot make the folder '" + folder + "'",
                      "a folder, or where one can be made");
   }
+  const WritingScope all_or_none;  // A scenario without its domain is of no use.
   for (const auto& [name, text] : Files(generated)) WriteFile((fs::path(folder) / name).string(), *text);
   return (fs::path(folder) / "scenario.yaml").string();
 }

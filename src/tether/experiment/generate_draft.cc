@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "tether/common/overloaded.h"
+#include "tether/common/text.h"
 #include "tether/geometry/distance.h"
 #include "tether/geometry/polytope.h"
 
@@ -21,7 +21,7 @@ const char* const kPalette[] = {"[0.76, 0.70, 0.60, 1]", "[0.55, 0.55, 0.58, 1]"
 /// Up to five decimals, none at the end that says nothing.
 std::string Number(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.5f", value == 0 ? 0.0 : value);  // no −0
+  FormatInto(text, sizeof text, "%.5f", value == 0 ? 0.0 : value);  // no −0
   std::string number = text;
   while (number.back() == '0') number.pop_back();
   if (number.back() == '.') number.pop_back();

@@ -1,9 +1,9 @@
 #include "tether/experiment/hull_reader.h"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
+#include "tether/common/text.h"
 #include "tether/geometry/mesh_file.h"
 #include "tether/geometry/polytope.h"
 
@@ -29,7 +29,7 @@ geometry::Hull Build(const std::vector<Eigen::Vector3d>& points, const Location&
   }
   if (made.left_out > kLeftOut * made.hull->polytope->radius) {
     char text[80];
-    std::snprintf(text, sizeof text, "; with %d it is up to %.2g m too small", geometry::kMaxHullVertices,
+    FormatInto(text, sizeof text, "; with %d it is up to %.2g m too small", geometry::kMaxHullVertices,
                   made.left_out);
     diagnostics.Add(where, what + " has too many corners" + text,
                     "a hull that " + std::to_string(geometry::kMaxHullVertices) +
@@ -76,7 +76,7 @@ geometry::Hull ReadMeshHull(const Value& value, const MeshOptions& options, cons
   const double share = std::abs(geometry::EnclosedVolume(mesh)) / hull.polytope->volume;
   if (share < 1 - kHollow && !options.fill) {
     char text[64];
-    std::snprintf(text, sizeof text, "it fills %.0f %% of its hull", 100 * share);
+    FormatInto(text, sizeof text, "it fills %.0f %% of its hull", 100 * share);
     diagnostics.Add(value.where(), what + ", '" + file + "', is not convex: " + text,
                     "a closed convex mesh, a list of convex parts, or 'fill: true' to take the hull of it");
   }

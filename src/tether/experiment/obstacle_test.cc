@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/campaign.h"
 #include "tether/experiment/test_scenarios.h"

@@ -44,6 +44,9 @@ void CheckOverrides(const PlanningOverrides& overrides) {
   at_least(overrides.max_actions, 1, "--max-actions", "a whole number above zero");
   at_least(overrides.max_plans, 0, "--max-plans", "a number of plans; 0: no limit");
   at_least(overrides.threads, 0, "--threads", "a number of threads; 0: all processors");
+  if (overrides.threads && *overrides.threads > kMostThreads)
+    diagnostics.Add({}, "--threads is " + std::to_string(*overrides.threads),
+                    "up to " + std::to_string(kMostThreads));
   at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
   at_least(overrides.max_iterations, 1, "--max-iterations", "a whole number above zero");
   diagnostics.ThrowIfAny();
@@ -97,7 +100,7 @@ const scene::Robot* ActingRobot(const scene::Scene& scene) {
   return scene.robots.empty() ? nullptr : &scene.robots.front();
 }
 
-std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario) {
+std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario, const Limits& limits) {
   const Location where = scenario.task.where.line > 0 ? scenario.task.where : Location{scenario.path, 0, 0};
   if (scenario.problem == nullptr && !scenario.task.ltl.empty()) {
     throw InputError(
@@ -107,7 +110,7 @@ std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario) {
     throw InputError({{where, "the scenario has no task",
                        "'task' with 'domain' and 'problem', two PDDL files, or with a goal and regions"}});
   }
-  return symbolic::Task::Ground(scenario.problem);
+  return symbolic::Task::Ground(scenario.problem, limits);
 }
 
 planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scene,
@@ -135,6 +138,7 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   const bool one = problem.search.cheapest_only || problem.search.method == planning::SearchMethod::kGreedy;
   if (one && problem.search.max_plans == 0) problem.search.max_plans = 1;
   problem.search.time_limit_s = overrides.time_limit_s.value_or(settings.time_limit_s);
+  problem.search.memory_limit = overrides.memory_limit;
   const int threads = overrides.threads.value_or(settings.threads);
   problem.search.threads =
       threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/experiment/scenario.h"
 #include "tether/planning/problem.h"
 
@@ -24,6 +25,7 @@ struct PlanningOverrides {
   std::optional<uint64_t> seed;
   std::optional<int> threads;
   std::optional<double> time_limit_s;
+  size_t memory_limit = kDefaultMemoryLimit;  ///< Bytes; 0: no limit.
   std::optional<int> max_iterations;
   bool no_robot = false;
   bool trace = false;  ///< Record every iteration.
@@ -42,8 +44,8 @@ const std::vector<std::string>& SearchNames();
 /// probably not meant.
 task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::string& semantics);
 
-/// The scenario's grounded PDDL problem. Throws InputError if it has none.
-std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario);
+/// The scenario's grounded PDDL problem. Throws InputError if it has none, and LimitReached.
+std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario, const Limits& limits = {});
 
 /// The robot that acts: the first of the scenario; null if there is none.
 const scene::Robot* ActingRobot(const scene::Scene& scene);

@@ -36,6 +36,9 @@ class LayoutFinder {
                        "a region with 'hub: true', or 'domain' and 'problem'");
     }
     FindItems();
+    // No more places than there are objects: each place is an object of the problem.
+    for (RegionLayout::Place& place : layout_.regions)
+      place.capacity = std::min(place.capacity, static_cast<int>(layout_.items.size()));
     layout_.groups = scene_.groups;
     for (const auto& [name, members] : scene_.groups) Declare(name);
     return std::move(layout_);

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/random.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/bench_task.h"

@@ -4,13 +4,13 @@
 #include <cctype>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <thread>
 
 #include "tether/common/log.h"
+#include "tether/common/text.h"
 #include "tether/execution/executive.h"
 #include "tether/execution/velocity_executive.h"
 #include "tether/experiment/other_ways.h"
@@ -239,7 +239,7 @@ class Run {
       const math::Pose& X = truth_.X_WO.at(object.name);
       const Eigen::Vector3d w = math::LogSO3(X.R);
       char text[200];
-      std::snprintf(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad",
+      FormatInto(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad",
                     object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
       LogDebug(text);
     }
@@ -263,7 +263,7 @@ class Run {
   void Snapshot(const std::string& label) {
     if (renderer_ == nullptr) return;
     char number[16];
-    std::snprintf(number, sizeof number, "%02d_", static_cast<int>(report_.snapshots.size()));
+    FormatInto(number, sizeof number, "%02d_", static_cast<int>(report_.snapshots.size()));
     std::string name = number;
     for (char c : label) {
       if (std::isalnum(static_cast<unsigned char>(c)) || c == '-')

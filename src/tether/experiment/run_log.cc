@@ -3,21 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "tether/common/bounds.h"
 #include "tether/common/reader.h"
+#include "tether/common/text.h"
 #include "tether/experiment/plan_output.h"
 
 namespace tether::experiment {
 namespace {
 
 constexpr double kWidth = 960, kPanel = 210, kLeft = 70, kRight = 220, kTop = 34, kBottom = 34;
+constexpr int kMostLines = 20;  // Of a grid.
 constexpr std::array kColours = {"#1b6ca8", "#c8553d", "#588157", "#b08900", "#7b4b94",
                                  "#2a9d8f", "#8d5524", "#6c757d", "#d1495b", "#3a5a40"};
 
 std::string Number(double value, const char* format = "%.4g") {
   char text[40];
-  std::snprintf(text, sizeof text, format, value);
+  FormatInto(text, sizeof text, format, value);
   return text;
 }
 
@@ -75,12 +77,16 @@ class Panel {
            Number(kWidth - kLeft - kRight) + "' height='" + Number(kPanel) +
            "' fill='none' stroke='#888'/>\n";
     const double step = RoundStep(high_ - low_, 5), time_step = RoundStep(end_, 8);
-    for (double value = std::ceil(low_ / step) * step; value <= high_; value += step) {
+    // By number: added up, a step that is small beside the values would lead nowhere.
+    const double first = std::ceil(low_ / step);
+    for (int i = 0; i <= kMostLines && (first + i) * step <= high_; ++i) {
+      const double value = (first + i) * step;
       svg += Line(0, value, end_, value, std::abs(value) < 1e-9 * step ? "#444" : "#ddd", "");
       svg += "<text x='" + Number(kLeft - 6) + "' y='" + Number(Y(value) + 4) + "' text-anchor='end'>" +
              Number(std::abs(value) < 1e-9 * step ? 0 : value) + "</text>\n";
     }
-    for (double time = 0; time <= end_; time += time_step) {
+    for (int i = 0; i <= kMostLines && i * time_step <= end_; ++i) {
+      const double time = i * time_step;
       svg += "<text x='" + Number(X(time)) + "' y='" + Number(y0_ + kPanel + 14) + "' text-anchor='middle'>" +
              Number(time) + " s</text>\n";
     }
@@ -147,7 +153,10 @@ std::vector<double> ReadNumbers(const Value& list, const std::string& what, Diag
     return numbers;
   }
   for (const Value& item : list.items()) {
-    numbers.push_back(item.is_null() ? std::nan("") : ReadNumber(item, what, diagnostics));
+    // What was never measured is as far away as a number can say; nobody wants to see it drawn.
+    const bool drawn = item.kind() == Value::Kind::kNumber && std::abs(item.number()) <= kGreatestNumber;
+    if (!item.is_null() && item.kind() != Value::Kind::kNumber) ReadNumber(item, what, diagnostics);
+    numbers.push_back(drawn ? item.number() : std::nan(""));
   }
   return numbers;
 }
@@ -193,7 +202,7 @@ RunLog ReadRunLog(const Value& document) {
   }
   ObjectReader reader(document, "the log", diagnostics);
   for (const char* known : {"format", "tether", "seed"}) reader.Optional(known);
-  if (const Value* seed = document.Find("seed")) log.seed = static_cast<uint64_t>(seed->integer());
+  if (const Value* seed = document.Find("seed")) log.seed = seed->natural().value_or(0);
   log.scenario = reader.Text("scenario", "");
   if (const Value* times = reader.Required("time_s", "a list of times in s")) {
     log.times = ReadNumbers(*times, "'time_s' of the log", diagnostics);

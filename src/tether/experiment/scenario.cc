@@ -5,6 +5,8 @@
 #include <memory>
 #include <set>
 
+#include "tether/common/bounds.h"
+#include "tether/common/file.h"
 #include "tether/common/log.h"
 #include "tether/constraints/kind.h"
 #include "tether/control/constraint_spec.h"
@@ -46,9 +48,17 @@ control::ConstraintNames ControlNames(const scene::Scene& scene) {
   return names;
 }
 
-/// A finite number of at least zero.
-double ReadBound(ObjectReader& reader, std::string_view key, double fallback, const std::string& accepted) {
+/// A finite number from zero to `most`.
+double ReadBound(ObjectReader& reader, std::string_view key, double fallback, const std::string& accepted,
+                 double most = kGreatestNumber) {
   const double number = reader.Number(key, fallback);
+  if (number > most) {
+    reader.diagnostics().Add(reader.value().Find(key)->where(),
+                             "'" + std::string(key) + "' of " + reader.what() + " is " +
+                                 reader.value().Find(key)->AsText(),
+                             "at most " + Value(most).AsText());
+    return fallback;
+  }
   if (number >= 0) return number;
   reader.diagnostics().Add(reader.value().Find(key)->where(),
                            "'" + std::string(key) + "' of " + reader.what() + " is negative", accepted);
@@ -91,7 +101,7 @@ class ScenarioParser {
       }
     }
     scenario_.title = reader.Text("title", fs::path(scenario_.path).stem().string());
-    scenario_.seed = static_cast<uint64_t>(ReadCount(reader, "seed", 0, 0, "a whole number, zero or more"));
+    scenario_.seed = reader.Natural("seed", 0);
     SceneReading reading = ReadScene(reader, folder_);
     scenario_.scene = std::move(reading.scene);
     scenario_.models = std::move(reading.models);
@@ -227,7 +237,7 @@ class ScenarioParser {
         scenario_.problem = ReadProblem(task.domain, task.problem);
         CheckProblem();
       } else if (domain == nullptr && problem == nullptr && goal != nullptr && has_actions_ &&
-                 !scenario_.scene.regions.empty()) {
+                 !scenario_.scene.regions.empty() && diagnostics_.empty()) {
         scenario_.problem = MakeRegionProblem(scenario_.scene, where_, task.where, diagnostics_);
         if (scenario_.problem != nullptr) CheckActions();
       }
@@ -443,6 +453,11 @@ class ScenarioParser {
         ReadCount(reader, "max_plans", planning.max_plans, 0, "a number of plans; 0: no limit");
     planning.threads =
         ReadCount(reader, "threads", planning.threads, 0, "a number of threads; 0: all processors");
+    if (planning.threads > kMostThreads) {
+      diagnostics_.Add(value.Find("threads")->where(),
+                       "'threads' of 'planning' is " + std::to_string(planning.threads),
+                       "up to " + std::to_string(kMostThreads));
+    }
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
     planning.max_iterations =
@@ -457,6 +472,11 @@ class ScenarioParser {
         ReadChoice(reader, "controller", {"operational_space", "constrained_velocity"}, execution.controller);
     if (const Value* rate = reader.Optional("rate")) {
       execution.rate = ReadPositive(*rate, "'rate' of 'execution' (Hz)", diagnostics_, execution.rate);
+      if (execution.rate < kSlowestRate || execution.rate > kFastestRate) {
+        diagnostics_.Add(rate->where(), "'rate' of 'execution' is " + rate->AsText() + " Hz",
+                         "10 to 100000 Hz");
+        execution.rate = kFastestRate;
+      }
     }
     const bool velocity = execution.controller == "constrained_velocity";
     for (const auto& [key, number] :
@@ -475,7 +495,7 @@ class ScenarioParser {
 
   void ReadPerturb(const Value& value) {
     ObjectReader reader(value, "'perturb'", diagnostics_);
-    scenario_.perturb.position = ReadBound(reader, "position", 0, "a distance in m");
+    scenario_.perturb.position = ReadBound(reader, "position", 0, "a distance in m", kGreatestLength);
     scenario_.perturb.rotation = ReadBound(reader, "rotation", 0, "an angle in rad");
     reader.Finish();
   }

@@ -24,6 +24,12 @@ inline constexpr const char* kScenarioFormat = "tether.scenario/1";
 /// The longest plan that is considered where the scenario does not say.
 inline constexpr int kMaxActions = 20;
 
+/// The most threads that planning takes.
+inline constexpr int kMostThreads = 1024;
+
+/// Control rates that are accepted, Hz.
+inline constexpr double kSlowestRate = 10, kFastestRate = 1e5;
+
 /// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem, the
 /// temporal goal in Scenario::goal.
 struct Task {

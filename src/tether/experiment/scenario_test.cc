@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/experiment/scene_reader.h"
 #include "tether/experiment/test_scenarios.h"

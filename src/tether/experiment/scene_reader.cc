@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tether/common/bounds.h"
 #include "tether/experiment/hull_reader.h"
 #include "tether/geometry/polytope.h"
 
@@ -21,7 +22,7 @@ Eigen::VectorXd ReadSizes(const Value& value, int count, const std::string& what
   const auto sizes = ReadVector(value, count, what, diagnostics);
   if (!sizes) return Eigen::VectorXd::Ones(count);
   for (int i = 0; i < count; ++i) {
-    if ((*sizes)[i] > 0) continue;
+    if ((*sizes)[i] >= kSmallestPositive) continue;
     diagnostics.Add(value.items()[static_cast<size_t>(i)].where(),
                     what + " has the size " + value.items()[static_cast<size_t>(i)].AsText(),
                     "full side lengths above zero, m");
@@ -49,11 +50,11 @@ geometry::Primitive ReadPrimitive(const std::string& kind, const Value& value, c
     return ReadMeshHull(value, options, folder, name, diagnostics);
   }
   if (kind == "box") return geometry::Box{ReadSizes(value, 3, name, diagnostics)};
-  if (kind == "sphere" && value.is_scalar()) return geometry::Sphere{ReadPositive(value, name, diagnostics)};
+  if (kind == "sphere" && value.is_scalar()) return geometry::Sphere{ReadLength(value, name, diagnostics)};
   ObjectReader reader(value, name, diagnostics);
   const auto size = [&](std::string_view key, std::string_view accepted) {
     const Value* member = reader.Required(key, accepted);
-    return member ? ReadPositive(*member, "'" + std::string(key) + "' of " + name, diagnostics) : 1.0;
+    return member ? ReadLength(*member, "'" + std::string(key) + "' of " + name, diagnostics) : 1.0;
   };
   const double radius = size("radius", "a radius above zero, m");
   const double length =
@@ -216,6 +217,7 @@ class SceneParser {
     if (object.friction < 0) {
       diagnostics_.Add(value.Find("friction")->where(), "'friction' of " + what + " is negative",
                        "zero or more");
+      object.friction = 0;
     }
     if (const Value* rgba = reader.Optional("rgba")) {
       if (const auto colour = ReadVector(*rgba, 4, "'rgba' of " + what, diagnostics_)) {
@@ -239,7 +241,7 @@ class SceneParser {
     ObjectReader reader(value, what, diagnostics_);
     int forms = 0;
     if (const Value* disc = reader.Optional("disc")) {
-      region.form = scene::Disc{ReadPositive(*disc, "'disc' of " + what, diagnostics_)};
+      region.form = scene::Disc{ReadLength(*disc, "'disc' of " + what, diagnostics_)};
       ++forms;
     }
     if (const Value* rectangle = reader.Optional("rectangle")) {
@@ -265,9 +267,11 @@ class SceneParser {
     if (region.capacity < 0) {
       diagnostics_.Add(value.Find("capacity")->where(), "'capacity' of " + what + " is negative",
                        "a number of objects; 0: no limit");
+      region.capacity = 0;
     }
     if (region.dwell < 0) {
       diagnostics_.Add(value.Find("dwell")->where(), "'dwell' of " + what + " is negative", "a time in s");
+      region.dwell = 0;
     }
     ReadPoseOf(reader, name, region.parent, region.X_ParentRegion);
     reader.Finish();

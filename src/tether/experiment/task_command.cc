@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/experiment/commands.h"
+#include "tether/experiment/outputs.h"
 #include "tether/experiment/plan_output.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/terminal.h"
@@ -57,20 +58,20 @@ std::string Message(const TaskReport& report) {
     return "no sequence of actions reaches the goal";
   }
   if (report.ended == task::SearchStatus::kFound) return "";
-  return std::string(Describe(report.ended));
+  return (report.grounded ? "" : "grounding: ") + std::string(Describe(report.ended));
 }
 
 std::string Count(uint64_t number, const std::string& what) {
   return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
 }
 
-void Print(const TaskReport& report, const symbolic::Task& task, const Terminal& terminal) {
+void Print(const TaskReport& report, const symbolic::Task* task, const Terminal& terminal) {
   for (const task::Skeleton& plan : report.plans) {
     char cost[32];
-    std::snprintf(cost, sizeof cost, "%.10g", plan.cost);
+    FormatInto(cost, sizeof cost, "%.10g", plan.cost);
     terminal.Print(terminal.Bold("cost " + std::string(cost)) + "  " +
                    terminal.Dim(Count(plan.actions.size(), "action")));
-    for (int action : plan.actions) terminal.Print("  " + task.actions()[static_cast<size_t>(action)].name);
+    for (int action : plan.actions) terminal.Print("  " + task->actions()[static_cast<size_t>(action)].name);
   }
   const std::string message = Message(report);
   if (!message.empty())
@@ -87,18 +88,22 @@ void Print(const TaskReport& report, const symbolic::Task& task, const Terminal&
 
 }  // namespace
 
-TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments) {
+Limits TaskArguments::MakeLimits() const {
+  Limits limits;
+  limits.interrupted = stop;
+  limits.memory = memory_limit;
+  limits.SetTimeLimit(time_limit_s);
+  return limits;
+}
+
+TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments,
+                      const Limits& common) {
   Validate(arguments);
   TaskReport report;
   std::optional<task::TemporalGoal> goal;
   if (!arguments.goal.empty()) goal = ReadTemporalGoal(arguments.goal, arguments.semantics);
   const auto begin = std::chrono::steady_clock::now();
-  task::SearchLimits limits;
-  limits.interrupted = arguments.stop;
-  if (arguments.time_limit_s > 0) {
-    limits.deadline = begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                                  std::chrono::duration<double>(std::min(arguments.time_limit_s, 1e9)));
-  }
+  const task::SearchLimits limits{common};
   auto product = std::make_unique<task::Product>(std::move(task), goal);
   report.unsatisfiable = product->IsUnsatisfiable();
   if (arguments.search == "greedy") {
@@ -151,15 +156,16 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
   return report;
 }
 
-Value WriteTaskReport(const TaskReport& report, const symbolic::Task& task, const TaskArguments& arguments) {
+Value WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
+                      const TaskArguments& arguments) {
   Value json = OutputHeader("tether.task_report/1", 0);
-  json.Set("domain", task.domain().name).Set("problem", task.problem().name);
+  json.Set("domain", problem.domain->name).Set("problem", problem.name);
   if (!arguments.goal.empty()) json.Set("goal", arguments.goal).Set("semantics", arguments.semantics);
   json.Set("status", StatusName(report)).Set("complete", report.complete).Set("message", Message(report));
   Value plans = Value::Array();
   for (const task::Skeleton& plan : report.plans) {
     Value actions = Value::Array();
-    for (int action : plan.actions) actions.Append(task.actions()[static_cast<size_t>(action)].name);
+    for (int action : plan.actions) actions.Append(task->actions()[static_cast<size_t>(action)].name);
     plans.Append(Value::Object().Set("actions", std::move(actions)).Set("cost", plan.cost));
   }
   json.Set("plans", std::move(plans));
@@ -170,30 +176,44 @@ Value WriteTaskReport(const TaskReport& report, const symbolic::Task& task, cons
   search.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
   json.Set("search", std::move(search));
   json.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
-  json.Set("task", Value::Object()
-                       .Set("atoms", static_cast<uint64_t>(task.atoms().size()))
-                       .Set("actions", static_cast<uint64_t>(task.actions().size())));
+  if (task != nullptr) {
+    json.Set("task", Value::Object()
+                         .Set("atoms", static_cast<uint64_t>(task->atoms().size()))
+                         .Set("actions", static_cast<uint64_t>(task->actions().size())));
+  }
   if (report.automaton_states) json.Set("automaton", Value::Object().Set("states", *report.automaton_states));
   return json;
 }
 
 int TaskCommand(const TaskArguments& arguments) {
   Validate(arguments);
-  Diagnostics unwritable;
-  RequireWritable(arguments.json, "--json", unwritable);
-  unwritable.ThrowIfAny();
+  Outputs outputs;
+  outputs.Add(arguments.json, "--json");
+  outputs.Require({arguments.domain, arguments.problem});
   const Terminal terminal(arguments.json == "-");
+  const Limits limits = arguments.MakeLimits();
+  const LimitsScope scope(limits);
   auto begin = std::chrono::steady_clock::now();
-  auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
+  const auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
   const double parse_s = Since(begin);
   begin = std::chrono::steady_clock::now();
-  const auto task = symbolic::Task::Ground(std::move(problem));
-  const double ground_s = Since(begin);
-  TaskReport report = SearchTask(task, arguments);
+  std::shared_ptr<const symbolic::Task> task;
+  TaskReport report;
+  double ground_s = 0;
+  try {
+    task = symbolic::Task::Ground(problem, limits);
+    ground_s = Since(begin);
+    report = SearchTask(task, arguments, limits);
+  } catch (const LimitReached& reached) {
+    report.ended = task::StatusOf(reached.limit());
+    report.grounded = task != nullptr;
+    (task == nullptr ? ground_s : report.search_s) = Since(begin);
+  }
   report.parse_s = parse_s;
   report.ground_s = ground_s;
-  Print(report, *task, terminal);
-  WriteJsonTo(arguments.json, WriteTaskReport(report, *task, arguments));
+  Print(report, task.get(), terminal);
+  outputs.Write(arguments.json, WriteTaskReport(report, *problem, task.get(), arguments));
+  outputs.Finish();
   return ExitCodeOf(report);
 }
 

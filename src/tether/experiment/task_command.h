@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/common/value.h"
 #include "tether/symbolic/task.h"
 #include "tether/task/skeleton.h"
@@ -18,15 +19,20 @@ struct TaskArguments {
   std::string semantics = "cosafe";  ///< Of the formula; or "ltlf".
   std::string search = "astar";      ///< Or "greedy", "dijkstra", "bfs".
   int max_plans = 1;
-  double time_limit_s = 0;  ///< 0: no limit.
-  std::string json;         ///< File for the report, or "-"; empty: none.
+  double time_limit_s = 0;                    ///< Of everything together; 0: no limit.
+  size_t memory_limit = kDefaultMemoryLimit;  ///< Bytes; 0: no limit.
+  std::string json;                           ///< File for the report, or "-"; empty: none.
   const std::atomic<bool>* stop = nullptr;
+
+  /// Their clock starts now.
+  Limits MakeLimits() const;
 };
 
 /// What a task search found.
 struct TaskReport {
   task::SearchStatus ended = task::SearchStatus::kExhausted;  ///< Why there are not more plans.
   bool unsatisfiable = false;                                 ///< The temporal goal holds of no word at all.
+  bool grounded = true;                                       ///< Otherwise a limit was reached before.
   bool complete = false;  ///< Nothing that was asked for is missing because of a limit.
   std::vector<task::Skeleton> plans;
   uint64_t expanded = 0, generated = 0;
@@ -36,10 +42,12 @@ struct TaskReport {
 };
 
 /// Searches `task` for plans. Throws InputError for arguments that make no sense.
-TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments);
+TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments,
+                      const Limits& limits);
 
-/// Format `tether.task_report/1`.
-Value WriteTaskReport(const TaskReport& report, const symbolic::Task& task, const TaskArguments& arguments);
+/// Format `tether.task_report/1`; `task` is null if grounding came to no end.
+Value WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
+                      const TaskArguments& arguments);
 
 /// `tether task`: prints the plans and returns the exit code. Throws InputError for bad input.
 int TaskCommand(const TaskArguments& arguments);

@@ -26,6 +26,9 @@ class Terminal {
   bool colour_ = false;
 };
 
+/// Throws InputError if text for standard output was lost: it is closed, or its disk is full.
+void RequireStandardOutput();
+
 /// A number with `decimals` digits after the point.
 std::string Fixed(double value, int decimals);
 

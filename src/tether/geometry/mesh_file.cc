@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include <Eigen/Geometry>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
+#include "tether/common/text.h"
 
 namespace tether::geometry {
 namespace {
@@ -27,10 +25,7 @@ using Eigen::Vector3d;
 
 std::string Ending(const std::string& path) {
   const size_t dot = path.rfind('.');
-  std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return ending;
+  return LowerCase(dot == std::string::npos ? "" : path.substr(dot + 1));
 }
 
 /// Three finite numbers from the words of a line.
@@ -39,9 +34,7 @@ Vector3d ReadPoint(std::istringstream& words, const std::string& path, int line,
   for (int i = 0; i < 3; ++i) {
     std::string word;
     words >> word;
-    char* end = nullptr;
-    p[i] = std::strtod(word.c_str(), &end);
-    if (word.empty() || *end != '\0' || !std::isfinite(p[i])) {
+    if (!ParseNumber(word, &p[i]) || !std::isfinite(p[i])) {
       Refuse(path, line, "'" + text.substr(0, 60) + "' is not a point", "three finite numbers");
     }
   }
@@ -138,9 +131,7 @@ Mesh ReadMesh(const std::string& path) {
   if (ending != "obj" && ending != "stl") {
     Refuse(path, 0, "a mesh file can't end with '." + ending + "'", "a file that ends with .obj or .stl");
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) Refuse(path, 0, "the mesh file can't be read", "an OBJ or STL file");
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string text = ReadFile(path);
   Mesh mesh = ending == "obj" ? ReadObj(text, path) : ReadStl(text, path);
   if (mesh.triangles.empty()) Refuse(path, 0, "the mesh file has no triangles", "at least four");
   return mesh;

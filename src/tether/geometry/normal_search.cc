@@ -27,6 +27,9 @@ const CircleTable kCircle;
 
 /// A better normal than the best so far is sought only where one might gain more than this, m.
 constexpr double kGain = 4e-6;
+/// A search that has not ended after so many splits, some hundred times what solids of a robot's world take, is
+/// about ones so large that a double can't tell kGain: the best so far stands.
+constexpr int kMostSplits = 1 << 17;
 
 /// The separation is the least of g · n over the differences g of points of B and A. So at every n it is at
 /// most g · n of any one of them: with supports at sampled normals this bounds it between the samples, and a
@@ -129,7 +132,7 @@ class CircleSearch {
   }
 
   void Split(const Sample& a, const Sample& b, int depth) {
-    if (depth > 24 || !MayGain(a, b, kGain)) return;
+    if (depth > 24 || ++splits_ > kMostSplits || !MayGain(a, b, kGain)) return;
     const Sample middle = Take(0.5 * (a.angle + b.angle));
     if (middle.value > best_->separation()) {
       Polish(a, middle);
@@ -149,6 +152,7 @@ class CircleSearch {
 
   const Query& query_;
   BestNormal* best_;
+  int splits_ = 0;
   Vector3d u_, v_;
   std::array<OnCircle, 2> discs_;
 };
@@ -279,7 +283,7 @@ class RimSearch {
 
   void Split(const Sample& a, const Sample& b, const Sample& c, int depth) {
     const double bound = Bound(a, b, c);
-    if (depth > 14 || bound <= best_->separation() + kGain) return;
+    if (depth > 14 || ++splits_ > kMostSplits || !(bound > best_->separation() + kGain)) return;
     if (bound < 0 && !MayPeak(a, b, c, bound)) return;
     const double value = std::max({a.value, b.value, c.value});
     if (value > best_->separation() + kTie) {
@@ -322,6 +326,7 @@ class RimSearch {
 
   const Query& query_;
   BestNormal* best_;
+  int splits_ = 0;
   Vector3d axis_B_, crossed_;
   Vector3d end_A_ = Vector3d::Zero(), end_B_ = Vector3d::Zero();  // the middles of the rims at hand
 };

@@ -105,7 +105,7 @@ bool Automaton::IsSatisfiable() const {
   return false;
 }
 
-std::vector<AutomatonEdge> Automaton::Edges() const { return FindGuards(diagram_); }
+std::vector<AutomatonEdge> Automaton::Edges(GuardForms forms) const { return FindGuards(diagram_, forms); }
 
 std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>& atoms) {
   const auto literals = [](const std::vector<Cube>& cubes) {
@@ -113,7 +113,8 @@ std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>&
     for (const Cube& cube : cubes) count += cube.literals.size();
     return count;
   };
-  const bool sum = literals(edge.guard) <= literals(edge.clauses);
+  const bool sum =
+      edge.has_guard && (!edge.has_clauses || literals(edge.guard) <= literals(edge.clauses));
   const std::vector<Cube>& terms = sum ? edge.guard : edge.clauses;
   std::string text;
   for (const Cube& term : terms) {

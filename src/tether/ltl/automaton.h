@@ -20,6 +20,14 @@ struct AutomatonEdge {
   int to = 0;
   std::vector<Cube> guard;    ///< None of them can be left out.
   std::vector<Cube> clauses;  ///< The same condition: one literal of each must hold. Empty: always.
+  bool has_guard = true;      ///< Otherwise `guard` would have thousands of cubes, and is empty;
+  bool has_clauses = true;    ///< likewise `clauses`.
+};
+
+/// Of the two forms of a guard, one may be exponentially longer than the other, or both than the formula.
+enum class GuardForms {
+  kShort,       ///< Those that are not too long: both, one or none.
+  kAtLeastOne,  ///< If both are too long, the guard all the same, as long as the limits of the thread allow.
 };
 
 /// The minimal complete deterministic automaton of a formula. State 0 is the initial one. Immutable: safe to
@@ -56,7 +64,7 @@ class Automaton {
   bool IsSatisfiable() const;
 
   /// All transitions, by state, then by target. The guards are irredundant sums of products (Minato, 1993).
-  std::vector<AutomatonEdge> Edges() const;
+  std::vector<AutomatonEdge> Edges(GuardForms forms = GuardForms::kAtLeastOne) const;
 
  private:
   void MeasureDistances();

@@ -1,5 +1,7 @@
 #include "tether/ltl/bdd.h"
 
+#include "tether/common/limits.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -16,6 +18,7 @@ Bdd::Ref Bdd::MakeNode(int level, Ref low, Ref high) {
   const Ref index = unique_.FindOrInsert(static_cast<uint32_t>(level), low, high, fresh);
   if (index == fresh) {
     if (nodes_.size() >= max_nodes_) throw TooLarge{};
+    PollLimits();
     nodes_.push_back({level, low, high});
   }
   return index << 1 | negated;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "tether/common/limits.h"
 #include "tether/ltl/triple_map.h"
 
 namespace tether::ltl {
@@ -51,6 +52,7 @@ class Product {
     const uint32_t state = states_.FindOrInsert(static_cast<uint32_t>(p), static_cast<uint32_t>(q), 0, fresh);
     if (state == fresh) {
       if (pairs_.size() >= limits_.max_states) throw TooLarge{};
+      PollLimits();
       pairs_.emplace_back(p, q);
       result_.roots.push_back(0);
       result_.accepting.push_back(p >= 0 && a_.accepting[static_cast<size_t>(p)] &&
@@ -75,6 +77,7 @@ class Product {
     Target result = low;
     if (low != high) {
       if (result_.nodes.size() >= limits_.max_nodes) throw TooLarge{};
+      PollLimits();
       result = static_cast<Target>(result_.nodes.size());
       result_.nodes.push_back({atom, low, high});
     }
@@ -193,6 +196,7 @@ class Refinement {
     unique_.Clear();
     for (size_t i = 0; i < diagram_.nodes.size(); ++i) {
       const Diagram::Node& node = diagram_.nodes[i];
+      if (i % 64 == 0) PollLimits();
       const Target low = Image(node.low), high = Image(node.high);
       if (low == high) {
         image_[i] = low;

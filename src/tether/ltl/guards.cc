@@ -1,8 +1,10 @@
 #include "tether/ltl/guards.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "tether/common/limits.h"
 #include "tether/ltl/bdd.h"
 
 namespace tether::ltl {
@@ -11,16 +13,29 @@ namespace {
 /// Target states with the conditions to get there, by state.
 using Conditions = std::vector<std::pair<int, Bdd::Ref>>;
 
+/// A form of a guard with more cubes than this is left out.
+constexpr size_t kMostCubes = 4096;
+
 class GuardFinder {
  public:
-  explicit GuardFinder(const Diagram& diagram) : diagram_(diagram), of_node_(diagram.nodes.size()) {}
+  GuardFinder(const Diagram& diagram, GuardForms forms)
+      : diagram_(diagram), forms_(forms), of_node_(diagram.nodes.size()) {}
 
   std::vector<AutomatonEdge> Run() {
     for (size_t i = 0; i < of_node_.size(); ++i) of_node_[i] = Branch(diagram_.nodes[i]);
     std::vector<AutomatonEdge> edges;
     for (size_t s = 0; s < diagram_.states(); ++s) {
       for (const auto& [to, condition] : Of(diagram_.roots[s])) {
-        edges.push_back({static_cast<int>(s), to, Cover(condition), Negate(Cover(Bdd::Not(condition)))});
+        AutomatonEdge edge;
+        edge.from = static_cast<int>(s);
+        edge.to = to;
+        // One form of n disjoint pairs has 2^n cubes where the other has n.
+        edge.has_guard = Cover(condition, kMostCubes, edge.guard);
+        edge.has_clauses = Cover(Bdd::Not(condition), kMostCubes, edge.clauses);
+        if (!edge.has_guard && !edge.has_clauses && forms_ == GuardForms::kAtLeastOne)
+          edge.has_guard = Cover(condition, std::numeric_limits<size_t>::max(), edge.guard);
+        Negate(edge.clauses);
+        edges.push_back(std::move(edge));
       }
     }
     return edges;
@@ -46,19 +61,25 @@ class GuardFinder {
     return both;
   }
 
-  static std::vector<Cube> Negate(std::vector<Cube> cubes) {
+  static void Negate(std::vector<Cube>& cubes) {
     for (Cube& cube : cubes) {
       for (auto& literal : cube.literals) literal.second = !literal.second;
     }
-    return cubes;
   }
 
-  std::vector<Cube> Cover(Bdd::Ref condition) {
-    std::vector<Cube> cubes;
+  /// False, and none, if it takes more than `most`.
+  bool Cover(Bdd::Ref condition, size_t most, std::vector<Cube>& cubes) {
     std::vector<std::pair<int, bool>> prefix;
-    Cover(condition, condition, prefix, cubes);
+    most_ = most;
+    try {
+      Cover(condition, condition, prefix, cubes);
+    } catch (const TooMany&) {
+      cubes.clear();
+      cubes.shrink_to_fit();
+      return false;
+    }
     for (Cube& cube : cubes) std::sort(cube.literals.begin(), cube.literals.end());
-    return cubes;
+    return true;
   }
 
   /// Appends cubes that cover `lower` within `upper`, each with the literals of `prefix`; returns what they
@@ -66,7 +87,9 @@ class GuardFinder {
   Bdd::Ref Cover(Bdd::Ref lower, Bdd::Ref upper, std::vector<std::pair<int, bool>>& prefix,
                  std::vector<Cube>& cubes) {
     if (lower == Bdd::kFalse) return Bdd::kFalse;
+    PollLimits();
     if (upper == Bdd::kTrue) {
+      if (cubes.size() >= most_) throw TooMany{};
       cubes.push_back({prefix});
       return Bdd::kTrue;
     }
@@ -84,13 +107,19 @@ class GuardFinder {
     return bdd_.Or(cover, bdd_.MakeNode(atom, cover0, cover1));
   }
 
+  struct TooMany {};
+
   const Diagram& diagram_;
+  GuardForms forms_;
+  size_t most_ = 0;
   Bdd bdd_;
   std::vector<Conditions> of_node_;
 };
 
 }  // namespace
 
-std::vector<AutomatonEdge> FindGuards(const Diagram& diagram) { return GuardFinder(diagram).Run(); }
+std::vector<AutomatonEdge> FindGuards(const Diagram& diagram, GuardForms forms) {
+  return GuardFinder(diagram, forms).Run();
+}
 
 }  // namespace tether::ltl

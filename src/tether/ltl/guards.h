@@ -8,6 +8,6 @@
 namespace tether::ltl {
 
 /// The transitions of an automaton with their guards; see Automaton::Edges().
-std::vector<AutomatonEdge> FindGuards(const Diagram& diagram);
+std::vector<AutomatonEdge> FindGuards(const Diagram& diagram, GuardForms forms);
 
 }  // namespace tether::ltl

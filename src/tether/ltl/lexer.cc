@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
+
+#include "tether/common/text.h"
 
 namespace tether::ltl {
 namespace {
@@ -65,8 +66,7 @@ size_t WordLength(std::string_view text) {
 }
 
 bool EqualsIgnoringCase(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](char x, char y) { return std::tolower(static_cast<unsigned char>(x)) == y; });
+  return LowerCase(a) == b;
 }
 
 /// One character of UTF-8, or one byte if it is none.

@@ -1,5 +1,7 @@
 #include "tether/ltl/output.h"
 
+#include "tether/common/limits.h"
+
 #include <algorithm>
 #include <string_view>
 #include <utility>
@@ -31,6 +33,32 @@ std::string HoaLabel(const std::vector<Cube>& guard) {
   return text;
 }
 
+/// "(0|!1) & 2".
+std::string HoaClauses(const std::vector<Cube>& clauses) {
+  std::string text;
+  for (const Cube& clause : clauses) {
+    text += text.empty() ? "(" : " & (";
+    for (size_t k = 0; k < clause.literals.size(); ++k) {
+      const auto& [atom, value] = clause.literals[k];
+      text += (k > 0 ? "|" : "") + std::string(value ? "" : "!") + std::to_string(atom);
+    }
+    text += ")";
+  }
+  return text;
+}
+
+Value WriteCubes(const std::vector<Cube>& cubes, const std::vector<std::string>& atoms) {
+  Value written = Value::Array();
+  for (const Cube& cube : cubes) {
+    PollLimits();
+    Value literals = Value::Array();
+    for (const auto& [atom, value] : cube.literals)
+      literals.Append((value ? "" : "!") + AtomText(atoms[static_cast<size_t>(atom)]));
+    written.Append(std::move(literals));
+  }
+  return written;
+}
+
 std::string Pad(const std::string& text, size_t width) {
   return std::string(text.size() < width ? width - text.size() : 0, ' ') + text;
 }
@@ -52,7 +80,8 @@ std::string WriteHoa(const Automaton& automaton, const std::string& name, Semant
       state = edge.from;
       text += "State: " + std::to_string(state) + (automaton.IsAccepting(state) ? " {0}\n" : "\n");
     }
-    text += "[" + HoaLabel(edge.guard) + "] " + std::to_string(edge.to) + "\n";
+    PollLimits();
+    text += "[" + (edge.has_guard ? HoaLabel(edge.guard) : HoaClauses(edge.clauses)) + "] " + std::to_string(edge.to) + "\n";
   }
   return text + "--END--\n";
 }
@@ -83,19 +112,16 @@ Value WriteAutomaton(const Automaton& automaton) {
     if (automaton.IsAccepting(s)) accepting.Append(s);
   }
   for (const AutomatonEdge& edge : automaton.Edges()) {
-    Value cubes = Value::Array();
-    for (const Cube& cube : edge.guard) {
-      Value literals = Value::Array();
-      for (const auto& [atom, value] : cube.literals) {
-        literals.Append((value ? "" : "!") + AtomText(automaton.atoms()[static_cast<size_t>(atom)]));
-      }
-      cubes.Append(std::move(literals));
+    Value written = Value::Object()
+                        .Set("from", edge.from)
+                        .Set("to", edge.to)
+                        .Set("guard", GuardText(edge, automaton.atoms()));
+    if (edge.has_guard) {
+      written.Set("cubes", WriteCubes(edge.guard, automaton.atoms()));
+    } else {
+      written.Set("clauses", WriteCubes(edge.clauses, automaton.atoms()));
     }
-    edges.Append(Value::Object()
-                     .Set("from", edge.from)
-                     .Set("to", edge.to)
-                     .Set("guard", GuardText(edge, automaton.atoms()))
-                     .Set("cubes", std::move(cubes)));
+    edges.Append(std::move(written));
   }
   return Value::Object()
       .Set("atoms", std::move(atoms))

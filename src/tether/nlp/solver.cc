@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "tether/common/error.h"
+#include "tether/common/text.h"
 #include "tether/nlp/backends.h"
 
 namespace tether::nlp {
@@ -17,7 +17,7 @@ constexpr std::array<std::pair<Backend, const char*>, 3> kBackends{
 
 std::string Format(const char* format, auto... values) {
   char text[256];
-  std::snprintf(text, sizeof(text), format, values...);
+  FormatInto(text, sizeof(text), format, values...);
   return text;
 }
 

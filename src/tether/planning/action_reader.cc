@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "tether/common/bounds.h"
 #include "tether/common/reader.h"
 
 namespace tether::planning {
@@ -59,9 +60,12 @@ ReachVerb ParseReach(const Value& value, Diagnostics& diagnostics) {
     }
   }
   verb.above = reader.Number("above", verb.above);
-  if (verb.above < 0) {
-    diagnostics.Add(value.Find("above")->where(), "'above' of verb 'reach' is negative",
-                    "a height in m, zero or more");
+  if (verb.above < 0 || verb.above > kGreatestLength) {
+    diagnostics.Add(value.Find("above")->where(),
+                    "'above' of verb 'reach' is " +
+                        (verb.above < 0 ? "negative" : value.Find("above")->AsText() + " m"),
+                    verb.above < 0 ? "a height in m, zero or more" : "a height of at most 10000 m");
+    verb.above = 0;
   }
   verb.objective = reader.Text("objective", "");
   if (const Value* constraints = reader.Optional("constraints")) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <set>
 
+#include "tether/common/text.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 #include "tether/planning/arm_checker.h"
@@ -56,9 +56,9 @@ std::string CheckResult::Worst() const {
   const CheckFinding& worst = findings.front();
   char text[64];
   if (worst.unit == Unit::kRadian) {
-    std::snprintf(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
+    FormatInto(text, sizeof text, " is off by %.1f mrad", 1e3 * worst.amount);
   } else {
-    std::snprintf(text, sizeof text, " is off by %.1f mm", 1e3 * worst.amount);
+    FormatInto(text, sizeof text, " is off by %.1f mm", 1e3 * worst.amount);
   }
   return worst.action + ": " + worst.label + text;
 }

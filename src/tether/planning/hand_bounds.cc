@@ -1,8 +1,9 @@
 #include "tether/planning/hand_bounds.h"
 
+#include "tether/common/text.h"
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -162,7 +163,7 @@ std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std:
     const double beyond = (p_W - p_WCentre).norm() - slack - reach.radius;
     if (beyond <= kProof) continue;
     char text[64];
-    std::snprintf(text, sizeof text, ": %.1f cm beyond reach", 100 * beyond);
+    FormatInto(text, sizeof text, ": %.1f cm beyond reach", 100 * beyond);
     return ReachRefutation{steps[t].action_index, steps[t].action + text,
                            UnmovedBelow(facts.problem(), steps, static_cast<int>(t))};
   }

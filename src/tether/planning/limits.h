@@ -3,26 +3,30 @@
 #include <algorithm>
 #include <chrono>
 
+#include "tether/common/limits.h"
 #include "tether/planning/problem.h"
 
 namespace tether::planning {
 
-/// The time and stop limits that all parts of one planning run share; its clock starts when it is made.
-class Limits {
+/// The limits that all parts of one planning run share; its clock starts when it is made.
+class Limits : public tether::Limits {
  public:
-  explicit Limits(const SearchOptions& options) : options_(options), begin_(Clock::now()) {}
+  explicit Limits(const SearchOptions& options) : begin_(Clock::now()) {
+    interrupted = options.stop;
+    memory = options.memory_limit;
+    SetTimeLimit(options.time_limit_s);
+  }
 
-  bool Stopped() const { return options_.stop != nullptr && options_.stop->load(); }
+  bool Stopped() const { return interruption_requested(); }
   /// Seconds left: always more than nothing, so that it can be another's limit.
-  double Remaining() const { return HasLimit() ? std::max(1e-9, options_.time_limit_s - Elapsed()) : 1e9; }
-  bool Over() const { return Stopped() || (HasLimit() && Elapsed() >= options_.time_limit_s); }
+  double Remaining() const {
+    return deadline ? std::max(1e-9, std::chrono::duration<double>(*deadline - Clock::now()).count()) : 1e9;
+  }
+  bool Over() const { return Reached().has_value(); }
   double Elapsed() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
  private:
-  bool HasLimit() const { return options_.time_limit_s > 0; }
-
   using Clock = std::chrono::steady_clock;
-  const SearchOptions& options_;
   Clock::time_point begin_;
 };
 

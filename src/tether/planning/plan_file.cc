@@ -1,9 +1,9 @@
 #include "tether/planning/plan_file.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "tether/common/reader.h"
+#include "tether/common/text.h"
 #include "tether/geometry/polytope.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/skeleton_binding.h"
@@ -82,7 +82,7 @@ std::string Digest(const ActionSchema& action) {
   uint64_t hash = 0xcbf29ce484222325u;
   for (char c : WriteJson(steps, 0)) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
   char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  FormatInto(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
   return text;
 }
 
@@ -339,7 +339,7 @@ Value WritePlan(const Plan& plan, const PlanOrigin& origin, const scene::Scene& 
 PlanOrigin ReadPlanOrigin(const Value& document) {
   PlanOrigin origin;
   if (const Value* tether = document.Find("tether")) origin.tether = tether->AsText();
-  if (const Value* seed = document.Find("seed")) origin.seed = static_cast<uint64_t>(seed->integer());
+  if (const Value* seed = document.Find("seed")) origin.seed = seed->natural().value_or(0);
   if (const Value* file = document.Find("scenario_file")) origin.scenario_file = file->AsText();
   return origin;
 }

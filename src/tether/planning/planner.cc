@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <future>
 #include <limits>
+#include <optional>
 #include <utility>
 
+#include "tether/common/text.h"
 #include "tether/planning/action_reader.h"
 #include "tether/planning/candidate.h"
 #include "tether/planning/cost_bound.h"
@@ -30,10 +31,22 @@ class Planner {
         task_(task),
         on_candidate_(on_candidate),
         limits_(problem.search),
+        scope_(limits_),
         facts_(problem),
         source_(task, problem.goal, problem.search) {}
 
   PlanReport Run() {
+    try {
+      Search();
+    } catch (const LimitReached& reached) {
+      reached_ = reached.limit();
+    }
+    Conclude();
+    return std::move(report_);
+  }
+
+ private:
+  void Search() {
     while (!limits_.Over() && !EnoughWithout(std::numeric_limits<double>::infinity())) {
       const double begin = limits_.Elapsed();
       const std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
@@ -41,11 +54,8 @@ class Planner {
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
       Optimize(batch);
     }
-    Conclude();
-    return std::move(report_);
   }
 
- private:
   struct Candidate {
     std::vector<int> actions;
     int index;     // in the order of finding
@@ -66,8 +76,16 @@ class Planner {
   std::future<Verdict> Begin(const Candidate& candidate) const {
     const auto policy = problem_.search.threads > 1 ? std::launch::async : std::launch::deferred;
     return std::async(policy, [this, names = ActionNames(task_, candidate.actions), index = candidate.index] {
-      return IsRelaxed(problem_, names) ? CheckRelaxed(facts_, names, index, limits_)
-                                        : OptimizeCandidate(facts_, names, index, limits_);
+      const LimitsScope scope(limits_);
+      try {
+        return IsRelaxed(problem_, names) ? CheckRelaxed(facts_, names, index, limits_)
+                                          : OptimizeCandidate(facts_, names, index, limits_);
+      } catch (const LimitReached& reached) {
+        Verdict verdict;
+        verdict.report.plan.actions = names;
+        verdict.report.reason = reached.what();
+        return verdict;
+      }
     });
   }
 
@@ -105,7 +123,7 @@ class Planner {
     pruned.plan.actions = ActionNames(task_, candidate.actions);
     pruned.bound = candidate.bound;
     char text[64];
-    std::snprintf(text, sizeof text, "it costs at least %.4f", candidate.bound);
+    FormatInto(text, sizeof text, "it costs at least %.4f", candidate.bound);
     pruned.reason = text;
     if (on_candidate_) on_candidate_(pruned);
     report_.candidates.push_back(std::move(pruned));
@@ -141,6 +159,7 @@ class Planner {
   std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) {
     if (moved_by_.empty()) {
       for (const auto& action : task_.actions()) {
+        PollLimits();
         std::vector<std::string>& moved = moved_by_.emplace_back();
         const ActionCall call = ParseActionCall(action.name);
         for (const ActionSchema& schema : problem_.actions) {
@@ -151,6 +170,7 @@ class Planner {
     }
     std::vector<int> all;
     for (size_t action = 0; action < moved_by_.size(); ++action) {
+      PollLimits();
       const std::vector<std::string>& moved = moved_by_[action];
       if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
         all.push_back(static_cast<int>(action));
@@ -170,6 +190,8 @@ class Planner {
   const symbolic::Task& task_;
   const CandidateCallback& on_candidate_;
   const Limits limits_;
+  const LimitsScope scope_;
+  std::optional<Limit> reached_;  // What ended the search from within.
   const SceneFacts facts_;
   SkeletonSource source_;
   int next_index_ = 0;
@@ -181,7 +203,8 @@ class Planner {
 };
 
 void Planner::Conclude() {
-  const task::SearchStatus ended = source_.ended();
+  const auto limit = reached_ ? reached_ : limits_.Reached();
+  const task::SearchStatus ended = limit ? task::StatusOf(*limit) : source_.ended();
   report_.expanded = static_cast<int>(source_.expanded());
   report_.generated = static_cast<int>(source_.generated());
   report_.total_s = limits_.Elapsed();
@@ -190,16 +213,16 @@ void Planner::Conclude() {
   const bool enough = EnoughWithout(std::numeric_limits<double>::infinity());
   const bool best_is_first = problem_.search.cheapest_only && problem_.search.method != SearchMethod::kGreedy;
   report_.complete =
-      !limits_.Over() && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
+      !limit && (all_seen || ended == task::SearchStatus::kDepthLimit || (enough && best_is_first));
   const bool all_proved =
       std::all_of(report_.candidates.begin(), report_.candidates.end(),
                   [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
   if (!costs_.empty()) {
     report_.status = PlanStatus::kSolved;
-    if (!report_.complete && enough && !limits_.Over())
+    if (!report_.complete && enough && !limit)
       report_.message = "of the shortest candidates these are the best; longer ones were not compared";
     else if (!report_.complete)
-      report_.message = task::Describe(limits_.Over() ? task::SearchStatus::kTimeLimit : ended);
+      report_.message = task::Describe(ended);
   } else if (limits_.Stopped()) {
     report_.status = PlanStatus::kInterrupted;
   } else if (all_seen && all_proved) {
@@ -217,8 +240,8 @@ void Planner::Conclude() {
     if (ended == task::SearchStatus::kDepthLimit && report_.candidates.empty()) {
       report_.message = "no sequence of up to " + std::to_string(problem_.search.max_actions) +
                         " actions reaches the goal; longer ones may (max_actions)";
-    } else if (limits_.Over()) {
-      report_.message = "the time limit was reached";
+    } else if (limit || ended == task::SearchStatus::kMemoryLimit) {
+      report_.message = task::Describe(ended);
     } else if (!report_.candidates.empty()) {
       report_.message = "no candidate has feasible key poses: " + report_.candidates.front().reason;
     } else {
@@ -232,7 +255,15 @@ void Planner::Conclude() {
 
 PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
                     const CandidateCallback& on_candidate) {
-  return Planner(problem, task, on_candidate).Run();
+  try {
+    return Planner(problem, task, on_candidate).Run();
+  } catch (const LimitReached& reached) {  // before the search began
+    PlanReport report;
+    const bool interrupted = reached.limit() == Limit::kInterrupted;
+    report.status = interrupted ? PlanStatus::kInterrupted : PlanStatus::kGaveUp;
+    report.message = reached.what();
+    return report;
+  }
 }
 
 }  // namespace tether::planning

@@ -61,6 +61,7 @@ struct SearchOptions {
   int max_actions = 0;      ///< 0: no limit.
   int max_plans = 0;        ///< Only the best so many are wanted; 0: optimise every candidate.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
+  size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
   /// Key poses cost nothing, or what they cost does not matter: the cheapest action sequence that is feasible
   /// is best, and sequences are dealt with one by one.
   bool cheapest_only = false;

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numbers>
 #include <utility>
 #include <variant>
 
+#include "tether/common/text.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/polygon.h"
 #include "tether/geometry/support.h"
@@ -25,7 +25,7 @@ constexpr int kDirections = 64;
 
 std::string Millimetres(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.0f mm", 1e3 * metres);
+  FormatInto(text, sizeof text, "%.0f mm", 1e3 * metres);
   return text;
 }
 

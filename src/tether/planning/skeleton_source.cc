@@ -78,12 +78,7 @@ bool SkeletonSource::IsWorthReturning(const std::vector<int>& actions) const {
 
 task::SearchOutcome SkeletonSource::FindGreedily(const Limits& limits) {
   const std::unique_ptr<task::Product> product = MakeProduct();
-  task::SearchLimits turn;
-  turn.interrupted = options_.stop;
-  turn.deadline = std::chrono::steady_clock::now() +
-                  std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                      std::chrono::duration<double>(std::min(limits.Remaining(), 1e9)));
-  task::GreedyResult result = task::FindGreedily(*product, turn);
+  task::GreedyResult result = task::FindGreedily(*product, {limits});
   earlier_expanded_ += result.expanded;
   earlier_generated_ += result.generated;
   return {result.status, std::move(result.skeleton)};
@@ -109,12 +104,9 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
     if (outcome.found() && !too_long) yielded_.insert(outcome.skeleton->actions);
     if (!too_long) return outcome;
   }
-  // In short turns, so that an interruption is noticed.
+  const task::SearchLimits all{limits, max_cost};
   for (;;) {
-    task::SearchLimits turn;
-    turn.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
-    turn.max_cost = max_cost;
-    task::SearchOutcome outcome = search_->Next(turn);
+    task::SearchOutcome outcome = search_->Next(all);
     if (outcome.found() && returns_) {
       if (returns_left_-- == 0) return {task::SearchStatus::kPruned, {}};
       if (!IsWorthReturning(outcome.skeleton->actions)) continue;
@@ -125,9 +117,7 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
       Restart();
       continue;
     }
-    if (outcome.status != task::SearchStatus::kTimeLimit) return outcome;
-    if (limits.Stopped()) return {task::SearchStatus::kInterrupted, {}};
-    if (limits.Over()) return outcome;
+    return outcome;
   }
 }
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <variant>
 
+#include "tether/common/limits.h"
+#include "tether/common/text.h"
 #include "tether/geometry/bounds.h"
 #include "tether/geometry/distance.h"
 
@@ -159,7 +160,9 @@ class WayChecker {
     const double spacing = 1 / std::max(1.0, std::ceil(X_HandFar.p.norm() / kSpacing));
     const double sign = to < from ? -1 : 1;
     double s = from, ds = spacing;
-    while (std::abs(to - s) > 1e-9) {
+    // Steps that are nothing beside the whole would lead nowhere.
+    while (std::abs(to - s) > 1e-9 && ds > 1e-12) {
+      PollLimits();
       ds = std::min(ds, std::abs(to - s));
       const Pose X_WH = X_WHand_ * math::ExpSE3(whole * (s + sign * ds));
       robot::Posture there = posture;
@@ -234,7 +237,7 @@ class WayChecker {
         const double distance = geometry::SignedDistance(a, X_WA, b, X_WB).distance;
         if (distance >= -kTouch) continue;
         char text[160];
-        std::snprintf(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
+        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
                       solids[j].c_str());
         return text;
       }

@@ -1,9 +1,9 @@
 #include "tether/planning/witness.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "tether/common/random.h"
+#include "tether/common/text.h"
 
 namespace tether::planning {
 namespace {
@@ -123,7 +123,7 @@ std::string WitnessSearch::Explain(const robot::Posture& posture) const {
   const ActingRobot& robot = facts_.problem().robot;
   const auto text = [](const char* format, auto... arguments) {
     char buffer[200];
-    std::snprintf(buffer, sizeof buffer, format, arguments...);
+    FormatInto(buffer, sizeof buffer, format, arguments...);
     return std::string(buffer);
   };
   const double beyond = BeyondReach(*robot.model, problem_.X_BH);

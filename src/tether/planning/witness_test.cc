@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/geometry/distance.h"

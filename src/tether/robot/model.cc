@@ -9,7 +9,10 @@
 
 #include <mujoco/mujoco.h>
 
+#include "tether/common/bounds.h"
+#include "tether/common/file.h"
 #include "tether/common/reader.h"
+#include "tether/common/text.h"
 #include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"
 #include "tether/robot/mujoco_setup.h"
@@ -228,6 +231,26 @@ int FindInMjcf(const mjModel* model, mjtObj type, int count, const std::string& 
   return -1;
 }
 
+/// What of an MJCF file lies farther than 10 km from where it belongs, or is larger.
+void CheckLengths(const mjModel* model, const std::string& path, Diagnostics& diagnostics) {
+  const auto check = [&](const mjtNum* numbers, int count, int each, int type, const char* what) {
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Map<const Eigen::VectorXd> entries(numbers + each * i, each);
+      if (entries.allFinite() && entries.cwiseAbs().maxCoeff() <= kGreatestLength) continue;
+      const char* name = mj_id2name(model, type, i);
+      diagnostics.Add({path, 0, 0},
+                      std::string("a ") + what + " of '" + (name != nullptr ? name : "") + "' (number " +
+                          std::to_string(i) + ") is beyond 10 km",
+                      "lengths of a robot, m");
+    }
+  };
+  check(model->geom_size, model->ngeom, 3, mjOBJ_GEOM, "size");
+  check(model->geom_pos, model->ngeom, 3, mjOBJ_GEOM, "position");
+  check(model->body_pos, model->nbody, 3, mjOBJ_BODY, "position");
+  check(model->jnt_pos, model->njnt, 3, mjOBJ_JOINT, "position");
+  check(model->site_pos, model->nsite, 3, mjOBJ_SITE, "position");
+}
+
 }  // namespace
 
 void Model::Impl::DeleteModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
@@ -282,6 +305,7 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
   std::array<char, 1000> message{};
   try {
+    const PlainLocale plain;  // MuJoCo reads numbers as the locale says.
     impl->mujoco.reset(mj_loadXML(impl->mjcf_path.c_str(), nullptr, message.data(), message.size()));
   } catch (const MujocoError& error) {
     throw InputError({{{impl->mjcf_path}, error.what(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
@@ -291,6 +315,8 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   }
 
   const mjModel* model = impl->mujoco.get();
+  CheckLengths(model, impl->mjcf_path, diagnostics);
+  diagnostics.ThrowIfAny();
   std::vector<int> joint_ids, finger_ids;
   impl->lower.resize(n);
   impl->upper.resize(n);

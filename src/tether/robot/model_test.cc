@@ -15,6 +15,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/common/random.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <variant>
 
 #include <tinyxml2.h>
 
 #include "tether/common/error.h"
+#include "tether/common/text.h"
 #include "tether/geometry/polytope.h"
 
 namespace tether::sim {
@@ -44,7 +44,7 @@ std::string Text(std::initializer_list<double> numbers) {
   std::string text;
   for (const double number : numbers) {
     std::array<char, 32> buffer;
-    std::snprintf(buffer.data(), buffer.size(), "%.17g", number);
+    FormatInto(buffer.data(), buffer.size(), "%.17g", number);
     if (!text.empty()) text += ' ';
     text += buffer.data();
   }

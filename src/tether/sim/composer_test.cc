@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/common/scratch_folder.h"
 #include "tether/common/value.h"
 #include "tether/geometry/polytope.h"

@@ -11,6 +11,7 @@
 #include <png.h>
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/robot/mujoco_setup.h"
 #include "tether/sim/world_impl.h"
 
@@ -193,9 +194,12 @@ void Renderer::WritePng(const World& world, const std::string& path) {
   image.height = static_cast<png_uint_32>(r.height);
   image.format = PNG_FORMAT_RGB;
   // OpenGL's rows go upwards, which a negative stride says.
-  if (!png_image_write_to_file(&image, path.c_str(), 0, pixels.data(), -3 * r.width, nullptr)) {
-    throw InputError("the picture can't be written to '" + path + "': " + image.message);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string picture(size, '\0');
+  if (!png_image_write_to_memory(&image, picture.data(), &size, 0, pixels.data(), -3 * r.width, nullptr)) {
+    throw InputError("the picture for '" + path + "' can't be made: " + image.message);
   }
+  WriteFile(path, std::string_view(picture).substr(0, size));
 }
 
 }  // namespace tether::sim

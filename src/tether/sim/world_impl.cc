@@ -10,6 +10,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/log.h"
+#include "tether/common/text.h"
 #include "tether/robot/mujoco_setup.h"
 #include "tether/sim/box_collision.h"
 #include "tether/sim/composer.h"
@@ -42,6 +43,7 @@ std::unique_ptr<mjModel, DeleteMujoco> LoadText(const std::string& xml) {
   try {
     mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
     std::memcpy(files->filedata[mj_findFileVFS(files.get(), name)], xml.data(), xml.size());
+    const PlainLocale plain;  // MuJoCo reads numbers as the locale says.
     model.reset(mj_loadXML(name, files.get(), message.data(), message.size()));
   } catch (const robot::MujocoError& error) {
     mj_deleteVFS(files.get());

@@ -14,8 +14,6 @@
 namespace tether::symbolic {
 namespace {
 
-constexpr size_t kMaxActions = 1'000'000;
-
 /// An action or axiom with its variables bound, over provisional atom numbers.
 struct Draft {
   struct Effect {
@@ -63,10 +61,10 @@ void CollectConjuncts(const Formula& formula, std::vector<const Formula*>& conju
 /// fact: each new fact is joined with the others that an action or axiom needs.
 class Grounder {
  public:
-  explicit Grounder(std::shared_ptr<const Problem> problem)
+  Grounder(std::shared_ptr<const Problem> problem, const Limits& limits)
       : problem_(std::move(problem)),
         domain_(*problem_->domain),
-        instantiator_(*problem_, [this](const Atom& atom) { return Provisional(atom); }),
+        instantiator_(*problem_, limits, [this](const Atom& atom) { return Provisional(atom); }),
         join_(*problem_, table_, instantiator_) {
     for (const Action& action : domain_.actions) CollectChanged(action.effect, changed_);
     for (const DerivedRule& rule : domain_.derived) changed_.insert(rule.predicate);
@@ -82,9 +80,8 @@ class Grounder {
         join_.AddFact(number);
       }
     }
-    for (const Action& action : domain_.actions)
-      AddRule(action.parameters, action.precondition, action.where);
-    for (const DerivedRule& rule : domain_.derived) AddRule(rule.parameters, rule.body, rule.where);
+    for (const Action& action : domain_.actions) AddRule(action.parameters, action.precondition);
+    for (const DerivedRule& rule : domain_.derived) AddRule(rule.parameters, rule.body);
     for (const FunctionValue& value : problem_->values) {
       values_[{value.function, value.arguments}] = value.millionths;
     }
@@ -102,10 +99,9 @@ class Grounder {
   }
 
  private:
-  void AddRule(const std::vector<TypedName>& parameters, const Formula& condition, const Location& where) {
+  void AddRule(const std::vector<TypedName>& parameters, const Formula& condition) {
     JoinRule rule;
     rule.parameters = &parameters;
-    rule.where = where;
     std::vector<const Formula*> conjuncts;
     CollectConjuncts(condition, conjuncts);
     for (const Formula* conjunct : conjuncts) {
@@ -171,11 +167,6 @@ class Grounder {
       if (draft.precondition.is_false()) return;
       AddEffect(action.effect, binding, GroundFormula{}, draft.effects);
     }
-    if (drafts_.size() >= kMaxActions) {
-      throw InputError({{rules_[rule].where,
-                         "the problem has more than " + std::to_string(kMaxActions) + " ground actions",
-                         "use fewer objects, parameters or narrower types"}});
-    }
     drafts_.push_back(std::move(draft));
     waiting_.push_back(drafts_.size() - 1);
     if (!Fire(drafts_.size() - 1)) waiting_.pop_back();
@@ -197,7 +188,7 @@ class Grounder {
         for (const Effect& child : effect.children) AddEffect(child, binding, condition, effects);
         break;
       case Effect::Kind::kForall:
-        instantiator_.ForEach(effect.variables, binding, effect.where, [&] {
+        instantiator_.ForEach(effect.variables, binding, [&] {
           AddEffect(effect.children[0], binding, condition, effects);
           return true;
         });
@@ -244,6 +235,7 @@ class Grounder {
 
   /// Does what a draft may do by now; false if that is all it can ever do.
   bool Fire(size_t index) {
+    instantiator_.CountStep();
     Draft& draft = drafts_[index];
     if (!draft.reached && !MayBe(draft.precondition)) return true;
     draft.reached = true;
@@ -332,6 +324,7 @@ class Grounder {
       return std::tie(a.schema, a.arguments) < std::tie(b.schema, b.arguments);
     });
     for (const Draft& draft : drafts_) {
+      instantiator_.CountStep();
       if (!draft.reached) continue;
       if (static_cast<size_t>(draft.schema) < domain_.actions.size()) {
         AddAction(draft, *task);
@@ -440,8 +433,8 @@ class Grounder {
   std::vector<int> final_;       ///< Number in the task by provisional number; -1 if the atom can't change.
 };
 
-std::shared_ptr<const Task> Task::Ground(std::shared_ptr<const Problem> problem) {
-  return Grounder(std::move(problem)).Run();
+std::shared_ptr<const Task> Task::Ground(std::shared_ptr<const Problem> problem, const Limits& limits) {
+  return Grounder(std::move(problem), limits).Run();
 }
 
 }  // namespace tether::symbolic

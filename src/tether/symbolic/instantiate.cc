@@ -4,13 +4,6 @@
 #include <utility>
 
 namespace tether::symbolic {
-namespace {
-
-/// Far beyond what can be searched, and still seconds, not hours.
-constexpr int64_t kMaxSteps = 50'000'000;
-
-}  // namespace
-
 const std::vector<int>& TypeIndex::ObjectsOf(const std::vector<int>& types) {
   const auto [it, is_new] = objects_.try_emplace(types);
   if (is_new) {
@@ -30,16 +23,10 @@ Atom Instantiator::Bind(int predicate, const std::vector<Term>& terms, const std
   return atom;
 }
 
-void Instantiator::CountStep(const Location& where) {
-  if (++steps_ <= kMaxSteps) return;
-  throw InputError({{where, "grounding this takes more than " + std::to_string(kMaxSteps) + " steps",
-                     "use fewer objects, variables or narrower types"}});
-}
-
 bool Instantiator::ForEach(const std::vector<TypedName>& variables, std::vector<int>& binding,
-                           const Location& where, const std::function<bool()>& visit) {
+                           const std::function<bool()>& visit) {
   std::function<bool(size_t)> choose = [&](size_t depth) {
-    CountStep(where);
+    CountStep();
     if (depth == variables.size()) return visit();
     for (int object : types_.ObjectsOf(variables[depth].types)) {
       binding.push_back(object);
@@ -88,7 +75,7 @@ GroundFormula Instantiator::Instantiate(const Formula& formula, std::vector<int>
     case Kind::kExists: {
       const auto kind = (formula.kind == Kind::kForall) == positive ? Ground::Kind::kAnd : Ground::Kind::kOr;
       std::vector<Ground> parts;
-      ForEach(formula.variables, binding, formula.where, [&] {
+      ForEach(formula.variables, binding, [&] {
         parts.push_back(Instantiate(formula.children[0], binding, positive));
         return !(kind == Ground::Kind::kAnd ? parts.back().is_false() : parts.back().is_true());
       });

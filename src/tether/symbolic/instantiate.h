@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/symbolic/condition.h"
 #include "tether/symbolic/pddl.h"
 #include "tether/symbolic/task.h"
@@ -29,22 +30,22 @@ class Instantiator {
   /// Returns a literal or a constant for a ground atom.
   using GroundAtom = std::function<GroundFormula(const Atom&)>;
 
-  Instantiator(const Problem& problem, GroundAtom ground_atom)
-      : types_(problem), ground_atom_(std::move(ground_atom)) {}
+  /// `limits` must outlive this; LimitReached is thrown where they are.
+  Instantiator(const Problem& problem, const Limits& limits, GroundAtom ground_atom)
+      : types_(problem), poller_(limits), ground_atom_(std::move(ground_atom)) {}
 
-  /// `binding` holds an object for each variable around `formula`. Throws InputError, at the place of the
-  /// formula, when it would become too large.
+  /// `binding` holds an object for each variable around `formula`.
   GroundFormula Instantiate(const Formula& formula, std::vector<int>& binding) {
     return Instantiate(formula, binding, true);
   }
 
   /// Calls `visit` for each choice of objects for `variables`, appended to `binding`; stops when it returns
   /// false.
-  bool ForEach(const std::vector<TypedName>& variables, std::vector<int>& binding, const Location& where,
+  bool ForEach(const std::vector<TypedName>& variables, std::vector<int>& binding,
                const std::function<bool()>& visit);
 
-  /// Counts one step of work against the limit; throws InputError, at `where`, beyond it.
-  void CountStep(const Location& where);
+  /// One step of work: looks at the limits now and then.
+  void CountStep() { poller_.Tick(); }
 
   static Atom Bind(int predicate, const std::vector<Term>& terms, const std::vector<int>& binding);
 
@@ -54,8 +55,8 @@ class Instantiator {
   GroundFormula Instantiate(const Formula& formula, std::vector<int>& binding, bool positive);
 
   TypeIndex types_;
+  LimitPoller poller_;
   GroundAtom ground_atom_;
-  int64_t steps_ = 0;
 };
 
 }  // namespace tether::symbolic

@@ -104,7 +104,7 @@ void Join::Extend(const JoinRule& rule, const Visit& visit) {
   if (best >= 0) {
     used_[static_cast<size_t>(best)] = true;
     for (int fact : *fewest) {
-      instantiator_.CountStep(rule.where);
+      instantiator_.CountStep();
       if (best < trigger_ && fact == trigger_fact_) continue;
       if (Unify(rule, rule.patterns[static_cast<size_t>(best)], table_.atom(fact))) Extend(rule, visit);
       Undo(rule, mark);
@@ -114,13 +114,13 @@ void Join::Extend(const JoinRule& rule, const Visit& visit) {
   }
   const auto open = std::find(binding_.begin(), binding_.end(), -1);
   if (open == binding_.end()) {
-    instantiator_.CountStep(rule.where);
+    instantiator_.CountStep();
     visit(binding_);
     return;
   }
   const auto variable = static_cast<size_t>(open - binding_.begin());
   for (int object : instantiator_.types().ObjectsOf((*rule.parameters)[variable].types)) {
-    instantiator_.CountStep(rule.where);
+    instantiator_.CountStep();
     if (Bind(rule, static_cast<int>(variable), object)) Extend(rule, visit);
     Undo(rule, mark);
   }

@@ -43,7 +43,6 @@ struct JoinRule {
   const std::vector<TypedName>* parameters = nullptr;
   std::vector<Pattern> patterns;
   std::vector<Test> tests;
-  Location where;
 };
 
 /// A set of facts that grows, and the matching of rules with it: at each point the pattern with the fewest

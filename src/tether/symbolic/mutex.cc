@@ -1,5 +1,7 @@
 #include "tether/symbolic/mutex.h"
 
+#include "tether/common/limits.h"
+
 #include <algorithm>
 #include <bit>
 #include <set>
@@ -49,6 +51,7 @@ class MutexFinder {
         const size_t work = (step.needed.size() + step.made.size() + 2) * mutexes_.words_;
         if (work > left_) return std::nullopt;
         left_ -= work;
+        PollLimits();
         Take(step);
       }
     }
@@ -116,6 +119,7 @@ class MutexFinder {
     while (!pairs.empty()) {
       const auto [a, b] = pairs.back();
       pairs.pop_back();
+      PollLimits();
       if (permutations_.size() > left_) return false;
       left_ -= permutations_.size();
       for (const AtomPermutation& permutation : permutations_) {
@@ -147,6 +151,7 @@ class MutexFinder {
 
   void PrepareActions() {
     for (const GroundAction& action : task_.actions()) {
+      PollLimits();
       std::vector<int> deletes, adds;
       for (const GroundEffect& effect : action.effects) {
         if (!effect.condition.always()) continue;

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "tether/common/file.h"
 #include "tether/common/value.h"
 #include "tether/symbolic/expression.h"
 #include "tether/symbolic/formula_parser.h"

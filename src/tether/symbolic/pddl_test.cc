@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/random.h"
 #include "tether/common/value.h"
 #include "tether/symbolic/naive_testing.h"

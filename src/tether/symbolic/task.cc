@@ -115,7 +115,8 @@ bool Task::Holds(const Atom& atom, StateView state) const {
 }
 
 Condition Task::Compile(const Formula& formula) const {
-  Instantiator instantiator(*problem_, [this](const Atom& atom) {
+  const Limits none;
+  Instantiator instantiator(*problem_, none, [this](const Atom& atom) {
     const int index = FindAtom(atom);
     return index >= 0 ? GroundFormula::Literal(index, true) : GroundFormula::Constant(HoldsAlways(atom));
   });

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/symbolic/condition.h"
 #include "tether/symbolic/pddl.h"
 
@@ -49,8 +50,9 @@ struct GroundAxiom {
 /// between threads.
 class Task {
  public:
-  /// Throws InputError when grounding would exceed the limits on its size, or a cost is not given.
-  static std::shared_ptr<const Task> Ground(std::shared_ptr<const Problem> problem);
+  /// Throws InputError when a cost is not given, and LimitReached at a limit.
+  static std::shared_ptr<const Task> Ground(std::shared_ptr<const Problem> problem,
+                                            const Limits& limits = {});
 
   const Problem& problem() const { return *problem_; }
   const std::shared_ptr<const Problem>& shared_problem() const { return problem_; }

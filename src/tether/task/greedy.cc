@@ -29,10 +29,7 @@ class Greedy {
     if (!start) return std::move(result_);
     if (Visit(*start, -1, -1)) return std::move(result_);
     while (const auto step = Pop()) {
-      if (limits.interruption_requested()) return Stop(SearchStatus::kInterrupted);
-      if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline) {
-        return Stop(SearchStatus::kTimeLimit);
-      }
+      if (const auto limit = limits.Reached()) return Stop(StatusOf(*limit));
       if (table_.size() > max_states_) return Stop(SearchStatus::kStateLimit);
       ++result_.generated;
       const symbolic::StateView before = table_[step->parent];

@@ -1,5 +1,7 @@
 #include "tether/task/relaxation.h"
 
+#include "tether/common/limits.h"
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -73,6 +75,7 @@ void Relaxation::NoteNegated(const GroundFormula& formula) {
 }
 
 void Relaxation::AddOperator(int payer, std::vector<int> preconditions, std::vector<int> adds) {
+  PollLimits();
   SortUnique(preconditions);
   SortUnique(adds);
   if (adds.empty()) return;
@@ -299,11 +302,16 @@ void Relaxation::AddAutomaton() {
       states.push_back(AddFact());
       if (automaton->IsAccepting(state)) AddOperator(kFree, {states.back()}, {accepts});
     }
-    for (const ltl::AutomatonEdge& edge : automaton->Edges()) {
+    for (const ltl::AutomatonEdge& edge : automaton->Edges(ltl::GuardForms::kShort)) {
       if (edge.from == edge.to || automaton->IsTrap(edge.to)) continue;
       const int from = states[static_cast<size_t>(edge.from)], to = states[static_cast<size_t>(edge.to)];
+      if (!edge.has_guard && !edge.has_clauses) {  // Nothing is asked for, which is a relaxation too.
+        AddOperator(kFree, {from}, {to});
+        continue;
+      }
       // Clause by clause, what each asks for is a landmark of its own; a choice between cubes blurs that.
-      if (edge.guard.size() == 1 || edge.clauses.size() > edge.guard.size() + kManyClauses) {
+      const bool many_clauses = edge.clauses.size() > edge.guard.size() + kManyClauses;
+      if (!edge.has_clauses || (edge.has_guard && (edge.guard.size() == 1 || many_clauses))) {
         for (const ltl::Cube& cube : edge.guard) {
           std::vector<int> needed = {from};
           const bool may = std::all_of(cube.literals.begin(), cube.literals.end(), [&](const auto& literal) {

@@ -27,11 +27,25 @@ std::string_view Describe(SearchStatus status) {
     case SearchStatus::kStateLimit:
       return "the limit on the number of symbolic states was reached";
     case SearchStatus::kTimeLimit:
-      return "the time limit was reached";
+      return tether::Describe(Limit::kTime);
+    case SearchStatus::kMemoryLimit:
+      return tether::Describe(Limit::kMemory);
     case SearchStatus::kInterrupted:
-      return "interrupted";
+      return tether::Describe(Limit::kInterrupted);
   }
   return "";
+}
+
+SearchStatus StatusOf(Limit limit) {
+  switch (limit) {
+    case Limit::kTime:
+      return SearchStatus::kTimeLimit;
+    case Limit::kMemory:
+      return SearchStatus::kMemoryLimit;
+    case Limit::kInterrupted:
+      break;
+  }
+  return SearchStatus::kInterrupted;
 }
 
 SkeletonSearch::SkeletonSearch(std::shared_ptr<const symbolic::Task> task, SkeletonOptions options)
@@ -66,10 +80,8 @@ SearchStatus SkeletonSearch::NothingLeft() const {
 
 std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limits, bool now) {
   if (!now && ++ticks_ % 16 != 0) return std::nullopt;
-  if (limits.interruption_requested()) return SearchStatus::kInterrupted;
-  if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline)
-    return SearchStatus::kTimeLimit;
-  return std::nullopt;
+  const auto limit = limits.Reached();
+  return limit ? std::optional(StatusOf(*limit)) : std::nullopt;
 }
 
 /// Explores far enough for skeletons of the next cost that may have some, or says why that can't be. kFound:

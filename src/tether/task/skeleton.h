@@ -1,17 +1,15 @@
 #pragma once
 
-#include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/symbolic/task.h"
 #include "tether/task/conflict.h"
 #include "tether/task/lifted_states.h"
@@ -45,15 +43,8 @@ struct SkeletonOptions {
 };
 
 /// When to stop looking for the next skeleton. A search that was stopped can be continued.
-struct SearchLimits {
-  std::stop_token stop;
-  const std::atomic<bool>* interrupted = nullptr;  ///< A request to stop where there is no token.
-  std::optional<std::chrono::steady_clock::time_point> deadline;
+struct SearchLimits : Limits {
   std::optional<double> max_cost = std::nullopt;  ///< Nothing dearer for now.
-
-  bool interruption_requested() const {
-    return stop.stop_requested() || (interrupted != nullptr && interrupted->load());
-  }
 };
 
 enum class SearchStatus {
@@ -64,11 +55,15 @@ enum class SearchStatus {
   kDepthLimit,   ///< None is left within `max_actions` and `max_cost`; there may be others.
   kStateLimit,   ///< `max_states` was reached.
   kTimeLimit,    ///< The deadline passed.
+  kMemoryLimit,  ///< The process occupies as much as it may.
   kInterrupted,  ///< A stop was requested.
 };
 
 /// One sentence for people.
 std::string_view Describe(SearchStatus status);
+
+/// How a search ends at this limit.
+SearchStatus StatusOf(Limit limit);
 
 struct SearchOutcome {
   SearchStatus status = SearchStatus::kExhausted;

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/random.h"
 #include "tether/common/value.h"
 #include "tether/symbolic/naive_testing.h"
@@ -276,9 +277,9 @@ TEST(SkeletonTest, StopsWhenAskedAndGoesOn) {
   SkeletonSearch plain(task, {.max_actions = 16}), stopped(task, {.max_actions = 16});
   std::stop_source source;
   source.request_stop();
-  const SearchLimits over{.stop = {}, .deadline = std::chrono::steady_clock::time_point{}};
+  const SearchLimits over{{.deadline = std::chrono::steady_clock::time_point{}}};
   while (true) {
-    EXPECT_EQ(stopped.Next({.stop = source.get_token(), .deadline = {}}).status, SearchStatus::kInterrupted);
+    EXPECT_EQ(stopped.Next({{.stop = source.get_token()}}).status, SearchStatus::kInterrupted);
     EXPECT_EQ(stopped.Next(over).status, SearchStatus::kTimeLimit);
     const SearchOutcome a = plain.Next(), b = stopped.Next();
     ASSERT_EQ(a.status, b.status);

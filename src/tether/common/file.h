@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tether {
+
+/// The largest file that is read, bytes.
+inline constexpr size_t kMaxFileBytes = size_t{256} << 20;
+
+/// The whole file as text; pipes and devices are read to their end. Throws InputError if it can't be read, is
+/// a folder, or is larger than kMaxFileBytes.
+std::string ReadFile(const std::string& path);
+
+/// Whether `path` is a file that ReadFile() has read in this process, by whatever name.
+bool WasRead(const std::string& path);
+
+/// Writes what a program puts out. A regular file appears or is replaced in one step, and keeps its mode; the
+/// new content is written to a file beside it, of a name that nobody can guess and that follows no link.
+/// Links are followed first, so that a link stays one. Devices, pipes and the process's own streams are
+/// written to. When writing fails, what stood there stays and nothing is left behind. Throws InputError with
+/// the system's reason.
+void WriteFile(const std::string& path, std::string_view text);
+
+/// Writes to standard output and flushes it. Throws InputError if that fails.
+void WriteStandardOutput(std::string_view text);
+
+/// To standard output if `path` is "-", else to the file.
+void WriteOutput(const std::string& path, std::string_view text);
+
+/// What stands in the way of writing to `path`, in the system's words; empty if nothing does. Writes nothing.
+std::string WhyNotWritable(const std::string& path);
+
+/// Whether two paths lead to the same file, which need not exist yet.
+bool IsSameFile(const std::string& a, const std::string& b);
+
+/// While one lives, regular files are being written: a program that has to end should wait until they are whole.
+class WritingScope {
+ public:
+  WritingScope();
+  ~WritingScope();
+  WritingScope(const WritingScope&) = delete;
+  WritingScope& operator=(const WritingScope&) = delete;
+};
+
+/// For a signal handler that ends the program: whether regular files are being written, and the removal of
+/// those that are not whole.
+bool IsWriting() noexcept;
+void RemoveUnfinishedFiles() noexcept;
+
+}  // namespace tether
