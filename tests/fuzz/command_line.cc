@@ -1,6 +1,7 @@
 // Mutates files and hands them to the commands of the program: fuzz_command_line --help.
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -25,7 +26,8 @@ using namespace tether;
 using namespace tether::fuzz;
 namespace fs = std::filesystem;
 
-constexpr const char* kUsage = R"(Usage: fuzz_command_line COMMAND [--files N] [--seed N] [--findings DIR] [--input FILE]
+constexpr const char* kUsage =
+    R"(Usage: fuzz_command_line COMMAND [--files N | --seconds S] [--seed N] [--findings DIR] [--input FILE]
 
 COMMAND is check, plan or run. Each of N files (default 1000) is a scenario of the corpus that was changed at
 random, with its PDDL files, and goes through the command in a process of its own. After 1 s of its time the
@@ -81,12 +83,15 @@ bool IsDocumented(const Outcome& outcome) {
 int main(int argc, char** argv) {
   std::string command, findings, input;
   int files = 1000;
+  double seconds = 0;
   uint64_t seed = 1;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto next = [&]() -> std::string { return i + 1 < argc ? argv[++i] : ""; };
     if (word == "--files") {
       files = std::atoi(next().c_str());
+    } else if (word == "--seconds") {
+      seconds = std::atof(next().c_str());
     } else if (word == "--seed") {
       seed = std::strtoull(next().c_str(), nullptr, 10);
     } else if (word == "--findings") {
@@ -105,8 +110,8 @@ int main(int argc, char** argv) {
   fs::create_directories(folder);
   Limits limits;
   if (!input.empty()) {
-    const Outcome outcome =
-        RunApart([&] { return RunCommandOn(command, WriteParts(folder, ReadCorpus(input).at(0).text)); }, limits);
+    const Outcome outcome = RunApart(
+        [&] { return RunCommandOn(command, WriteParts(folder, ReadCorpus(input).at(0).text)); }, limits);
     std::printf("%s: %s\n", input.c_str(), outcome.text.c_str());
     fs::remove_all(folder);
     return IsDocumented(outcome) ? 0 : 1;
@@ -116,8 +121,14 @@ int main(int argc, char** argv) {
     texts.push_back(one.text);
   std::map<std::string, int> outcomes;
   Random random(seed);
-  int found = 0;
-  for (int i = 0; i < files; ++i) {
+  int found = 0, tried = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto over = [&] {
+    if (seconds == 0) return tried >= files;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() >= seconds;
+  };
+  for (; !over(); ++tried) {
+    const int i = tried;
     const std::string text = Mutate(texts[static_cast<size_t>(i) % texts.size()], texts, random);
     const std::string scenario = WriteParts(folder, text);
     const Outcome outcome = RunApart([&] { return RunCommandOn(command, scenario); }, limits);
@@ -135,7 +146,8 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   fs::remove_all(folder);
-  std::printf("%s: %d files, seed %llu; exit codes:", command.c_str(), files, static_cast<unsigned long long>(seed));
+  std::printf("%s: %d files, seed %llu; exit codes:", command.c_str(), tried,
+              static_cast<unsigned long long>(seed));
   for (const auto& [text, count] : outcomes) std::printf(" %s: %d;", text.c_str(), count);
   std::printf(" %d findings\n", found);
   return found == 0 ? 0 : 1;

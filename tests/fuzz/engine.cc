@@ -55,8 +55,7 @@ struct Board {
 };
 
 Board* ShareBoard() {
-  void* memory =
-      mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  void* memory = mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
   return new (memory) Board;
 }
@@ -64,7 +63,8 @@ Board* ShareBoard() {
 void SetTimer(double seconds) {
   itimerval timer{};
   timer.it_value.tv_sec = static_cast<time_t>(seconds);
-  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(timer.it_value.tv_sec)));
+  timer.it_value.tv_usec =
+      static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(timer.it_value.tv_sec)));
   setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
@@ -228,7 +228,8 @@ int Fuzz(const std::function<void(const std::string&)>& body, const std::vector<
          const FuzzOptions& options) {
   Board* board = ShareBoard();
   const Clock::time_point begin = Clock::now();
-  const auto end = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
+  const auto end =
+      begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
   int findings = 0;
   for (uint64_t generation = 0; findings < kMostFindings; ++generation) {
     std::fflush(nullptr);
@@ -249,8 +250,9 @@ int Fuzz(const std::function<void(const std::string&)>& body, const std::vector<
   std::printf("%s: %llu inputs in %.0f s, %llu accepted, %llu places, %llu kept, %d findings\n",
               options.name.c_str(), static_cast<unsigned long long>(board->runs),
               std::chrono::duration<double>(Clock::now() - begin).count(),
-              static_cast<unsigned long long>(board->accepted), static_cast<unsigned long long>(board->places),
-              static_cast<unsigned long long>(board->kept), findings);
+              static_cast<unsigned long long>(board->accepted),
+              static_cast<unsigned long long>(board->places), static_cast<unsigned long long>(board->kept),
+              findings);
   munmap(board, sizeof(Board));
   return findings;
 }

@@ -16,7 +16,7 @@ struct Seed {
 std::vector<Seed> ReadCorpus(const std::string& folder);
 
 struct Limits {
-  double cpu_s = 10;              ///< Of one input.
+  double cpu_s = 10;             ///< Of one input.
   uint64_t memory = 2ull << 30;  ///< Bytes, of a process.
 };
 

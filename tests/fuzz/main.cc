@@ -12,7 +12,8 @@ namespace {
 
 using namespace tether::fuzz;
 
-constexpr const char* kUsage = R"(Usage: fuzz_readers TARGET [--seconds S | --runs N] [--seed N] [--corpus DIR] [--findings DIR]
+constexpr const char* kUsage =
+    R"(Usage: fuzz_readers TARGET [--seconds S | --runs N] [--seed N] [--corpus DIR] [--findings DIR]
        fuzz_readers TARGET --replay FILE
        fuzz_readers --list
 

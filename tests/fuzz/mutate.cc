@@ -9,19 +9,112 @@ namespace {
 
 using namespace std::string_literals;
 
-const std::string kNumbers[] = {
-    "0",     "-0",    "1",     "-1",    "2",      "3",          "7",           "100",
-    "1000",  "99999", "0.5",   "1e-9",  "1e-300", "1e308",      "-1e308",      "1e309",
-    "1e9",   "1e5",   "10000", "1e99",  ".nan",   "nan",        ".inf",        "-.inf",
-    "inf",   "0x10",  "1_000", "1.",    ".5",     "2147483647", "-2147483648", "4294967296",
-    "1,5",   "٣",     "6.28",  "1.571", "-1e-9",  "0.001",      "1e-320",      "9223372036854775808",
-    "-9223372036854775808",    "18446744073709551615",          "123456789012345678901234567890"};
-const std::string kPieces[] = {
-    "(",  ")",  "[",  "]",   "{",    "}",      ",",       ":",      "\"",      "'",       "\\",    "#",
-    "&a ", "*a", "!", "!!",  "%",    "|",      ">",       "- ",     ": ",      "\n",      "\n\n",  "---\n",
-    "...\n", "? ", "@", "`", "\t",   "\r\n",   "\0"s,     "\xff",   "\xc3",    "\xef\xbb\xbf", "é", "\u2028",
-    "<<: *a", "~", "null", "true", "no", "\\u0000", "!!binary ", "!!int ", "[[[[", "((((", "{a: {a: {a: ", "]]]]",
-    "))))", "[]", "{}", "()", "->", "<->", " U ", " X ", "not ", "and ", "?x", "/", "../", "world", "\x1b[31m"};
+const std::string kNumbers[] = {"0",
+                                "-0",
+                                "1",
+                                "-1",
+                                "2",
+                                "3",
+                                "7",
+                                "100",
+                                "1000",
+                                "99999",
+                                "0.5",
+                                "1e-9",
+                                "1e-300",
+                                "1e308",
+                                "-1e308",
+                                "1e309",
+                                "1e9",
+                                "1e5",
+                                "10000",
+                                "1e99",
+                                ".nan",
+                                "nan",
+                                ".inf",
+                                "-.inf",
+                                "inf",
+                                "0x10",
+                                "1_000",
+                                "1.",
+                                ".5",
+                                "2147483647",
+                                "-2147483648",
+                                "4294967296",
+                                "1,5",
+                                "٣",
+                                "6.28",
+                                "1.571",
+                                "-1e-9",
+                                "0.001",
+                                "1e-320",
+                                "9223372036854775808",
+                                "-9223372036854775808",
+                                "18446744073709551615",
+                                "123456789012345678901234567890"};
+const std::string kPieces[] = {"(",
+                               ")",
+                               "[",
+                               "]",
+                               "{",
+                               "}",
+                               ",",
+                               ":",
+                               "\"",
+                               "'",
+                               "\\",
+                               "#",
+                               "&a ",
+                               "*a",
+                               "!",
+                               "!!",
+                               "%",
+                               "|",
+                               ">",
+                               "- ",
+                               ": ",
+                               "\n",
+                               "\n\n",
+                               "---\n",
+                               "...\n",
+                               "? ",
+                               "@",
+                               "`",
+                               "\t",
+                               "\r\n",
+                               "\0"s,
+                               "\xff",
+                               "\xc3",
+                               "\xef\xbb\xbf",
+                               "é",
+                               "\u2028",
+                               "<<: *a",
+                               "~",
+                               "null",
+                               "true",
+                               "no",
+                               "\\u0000",
+                               "!!binary ",
+                               "!!int ",
+                               "[[[[",
+                               "((((",
+                               "{a: {a: {a: ",
+                               "]]]]",
+                               "))))",
+                               "[]",
+                               "{}",
+                               "()",
+                               "->",
+                               "<->",
+                               " U ",
+                               " X ",
+                               "not ",
+                               "and ",
+                               "?x",
+                               "/",
+                               "../",
+                               "world",
+                               "\x1b[31m"};
 
 int Below(size_t count, Random& random) { return random.Index(static_cast<int>(std::max<size_t>(count, 1))); }
 
@@ -67,7 +160,8 @@ Range FindLines(const std::string& text, Random& random) {
 Range FindGroup(const std::string& text, Random& random) {
   const size_t start = static_cast<size_t>(Below(text.size(), random));
   const size_t open = text.find_first_of("([{", start);
-  if (open == std::string::npos) return {start, std::min(text.size(), start + 1 + static_cast<size_t>(random.Index(30)))};
+  if (open == std::string::npos)
+    return {start, std::min(text.size(), start + 1 + static_cast<size_t>(random.Index(30)))};
   int depth = 0;
   for (size_t at = open; at < text.size(); ++at) {
     if (text[at] == '(' || text[at] == '[' || text[at] == '{') ++depth;
@@ -87,7 +181,9 @@ void MutateOnce(std::string& text, const std::vector<std::string>& corpus, Rando
   if (text.empty()) text = Pick(corpus, random);
   if (text.empty()) text = Pick(kPieces, random);
   const size_t at = static_cast<size_t>(Below(text.size() + 1, random));
-  const auto replace = [&](Range range, const std::string& by) { text.replace(range.begin, range.size(), by); };
+  const auto replace = [&](Range range, const std::string& by) {
+    text.replace(range.begin, range.size(), by);
+  };
   switch (random.Index(16)) {
     case 0:
     case 1:
@@ -95,7 +191,9 @@ void MutateOnce(std::string& text, const std::vector<std::string>& corpus, Rando
       return replace(FindWord(text, true, random), Pick(kNumbers, random));
     case 3: {  // the digits of a number, or its sign
       const Range word = FindWord(text, true, random);
-      if (word.size() > 0) text[word.begin + static_cast<size_t>(Below(word.size(), random))] = "0123456789.-e"[random.Index(13)];
+      if (word.size() > 0)
+        text[word.begin + static_cast<size_t>(Below(word.size(), random))] =
+            "0123456789.-e"[random.Index(13)];
       return;
     }
     case 4:
@@ -138,7 +236,8 @@ void MutateOnce(std::string& text, const std::vector<std::string>& corpus, Rando
       const int times = random.Index(20) == 0 ? 3000 : 1 + random.Index(20);
       if (random.Index(2) == 0) return replace(group, Repeat(piece + " ", times));
       const std::string open = piece.empty() || IsWord(piece[0]) ? "[" : piece.substr(0, 1);
-      return replace(group, Repeat(open, times) + piece + Repeat(piece.empty() ? "]" : piece.substr(piece.size() - 1), times));
+      return replace(group, Repeat(open, times) + piece +
+                                Repeat(piece.empty() ? "]" : piece.substr(piece.size() - 1), times));
     }
     case 12:
       text.insert(at, Pick(kPieces, random));
@@ -147,7 +246,8 @@ void MutateOnce(std::string& text, const std::vector<std::string>& corpus, Rando
       if (at < text.size()) text[at] = static_cast<char>(random.Index(256));
       return;
     case 14:
-      if (at < text.size()) text.erase(at, 1 + static_cast<size_t>(random.Index(random.Index(8) == 0 ? 200 : 4)));
+      if (at < text.size())
+        text.erase(at, 1 + static_cast<size_t>(random.Index(random.Index(8) == 0 ? 200 : 4)));
       return;
     default:
       if (random.Index(4) == 0) {

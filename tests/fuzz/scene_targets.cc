@@ -50,9 +50,9 @@ constexpr const char* kScenarioFile = "/fuzz/scenario.yaml";
 
 /// The scene that plans and events are read for; parsed once.
 const experiment::Scenario& Stage() {
-  static const experiment::Scenario scenario = experiment::LoadScenario(
-      kScenarioFile, {{kScenarioFile,
-                       R"(format: tether.scenario/1
+  static const experiment::Scenario scenario =
+      experiment::LoadScenario(kScenarioFile, {{kScenarioFile,
+                                                R"(format: tether.scenario/1
 title: stage
 objects:
   table: {shape: {box: [1, 1, 0.1]}, pose: {position: [0.5, 0, -0.05]}}
@@ -83,10 +83,9 @@ void ReadStlMesh(const std::string& input) { ReadMeshAs("mesh.stl", input); }
 
 void ReadScenarioText(const std::string& input) {
   const std::vector<std::string> parts = Split(input, 3);
-  const experiment::Scenario scenario =
-      experiment::LoadScenario(kScenarioFile, {{kScenarioFile, parts[0]},
-                                               {"/fuzz/domain.pddl", parts[1]},
-                                               {"/fuzz/problem.pddl", parts[2]}});
+  const experiment::Scenario scenario = experiment::LoadScenario(
+      kScenarioFile,
+      {{kScenarioFile, parts[0]}, {"/fuzz/domain.pddl", parts[1]}, {"/fuzz/problem.pddl", parts[2]}});
   experiment::CheckGeometry(scenario);
 }
 
@@ -122,8 +121,8 @@ void ReadPlanText(const std::string& input) {
   const planning::Plan plan = planning::ParsePlan(document, stage.scene, stage.actions, diagnostics);
   diagnostics.ThrowIfAny();
   const Value written = planning::WritePlan(plan, {}, stage.scene, stage.actions);
-  const planning::Plan again = planning::ParsePlan(ParseYaml(WriteJson(written), "written"), stage.scene,
-                                                   stage.actions, diagnostics);
+  const planning::Plan again =
+      planning::ParsePlan(ParseYaml(WriteJson(written), "written"), stage.scene, stage.actions, diagnostics);
   diagnostics.ThrowIfAny();
   // But for the last digits of quaternions.
   Require(again.actions == plan.actions && again.steps.size() == plan.steps.size() && again.cost == plan.cost,

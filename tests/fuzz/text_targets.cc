@@ -18,7 +18,8 @@ constexpr size_t kMostFormulaText = 60;
 double Instances(const symbolic::Problem& problem) {
   double all = 0;
   for (const auto& action : problem.domain->actions)
-    all += std::pow(static_cast<double>(problem.objects.size()), static_cast<double>(action.parameters.size()));
+    all +=
+        std::pow(static_cast<double>(problem.objects.size()), static_cast<double>(action.parameters.size()));
   return all;
 }
 
