@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <new>
 #include <string>
 
 #include <sys/time.h>
@@ -19,6 +20,10 @@
 #include "targets.h"
 #include "tether/common/error.h"
 #include "tether/experiment/commands.h"
+#if __has_include("tether/common/limits.h")
+#include "tether/common/limits.h"
+#define TETHER_HAS_LIMITS
+#endif
 
 namespace {
 
@@ -53,6 +58,12 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
   itimerval timer{};
   timer.it_value.tv_sec = 1;
   setitimer(ITIMER_PROF, &timer, nullptr);
+#ifdef TETHER_HAS_LIMITS
+  tether::Limits limits;
+  limits.interrupted = &stop;
+  limits.memory = tether::kDefaultMemoryLimit / 2;
+  const tether::LimitsScope scope(limits);
+#endif
   try {
     if (command == "check") return experiment::CheckCommand({{scenario}});
     if (command == "plan") {
@@ -67,6 +78,13 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
     return experiment::RunCommand(arguments);
   } catch (const InputError&) {
     return experiment::kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    return experiment::kExitGaveUp;
+#ifdef TETHER_HAS_LIMITS
+  } catch (const tether::LimitReached& reached) {
+    return reached.limit() == tether::Limit::kInterrupted ? experiment::kExitInterrupted
+                                                          : experiment::kExitGaveUp;
+#endif
   } catch (const std::exception&) {
     return experiment::kExitInternal;
   }
@@ -108,10 +126,10 @@ int main(int argc, char** argv) {
   }
   const fs::path folder = fs::temp_directory_path() / ("tether_fuzz_cli_" + std::to_string(getpid()));
   fs::create_directories(folder);
-  Limits limits;
+  Allowance allowance;
   if (!input.empty()) {
     const Outcome outcome = RunApart(
-        [&] { return RunCommandOn(command, WriteParts(folder, ReadCorpus(input).at(0).text)); }, limits);
+        [&] { return RunCommandOn(command, WriteParts(folder, ReadCorpus(input).at(0).text)); }, allowance);
     std::printf("%s: %s\n", input.c_str(), outcome.text.c_str());
     fs::remove_all(folder);
     return IsDocumented(outcome) ? 0 : 1;
@@ -131,7 +149,7 @@ int main(int argc, char** argv) {
     const int i = tried;
     const std::string text = Mutate(texts[static_cast<size_t>(i) % texts.size()], texts, random);
     const std::string scenario = WriteParts(folder, text);
-    const Outcome outcome = RunApart([&] { return RunCommandOn(command, scenario); }, limits);
+    const Outcome outcome = RunApart([&] { return RunCommandOn(command, scenario); }, allowance);
     ++outcomes[outcome.text];
     if (IsDocumented(outcome)) continue;
     ++found;

@@ -91,7 +91,7 @@ class Trier {
   }
 
   [[noreturn]] void Live(Clock::time_point end) {
-    SetLimits(options_.limits);
+    SetLimits(options_.allowance);
     if (board_.runs == 0) {
       for (size_t i = 0; i < seeds_; ++i) Try(texts_[i]);
     }
@@ -114,7 +114,7 @@ class Trier {
     std::memcpy(board_.input, text.data(), board_.size);
     ++board_.runs;
     ClearCoverage();
-    SetTimer(options_.limits.cpu_s);
+    SetTimer(options_.allowance.cpu_s);
     const Outcome outcome = RunHere(body_, text);
     SetTimer(0);
     if (!outcome.ok) {
@@ -172,14 +172,14 @@ std::vector<Seed> ReadCorpus(const std::string& folder) {
   return seeds;
 }
 
-void SetLimits(const Limits& limits) {
+void SetLimits(const Allowance& allowance) {
   rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
 #if !defined(__SANITIZE_ADDRESS__)
-  rlimit memory{limits.memory, limits.memory};
+  rlimit memory{allowance.memory, allowance.memory};
   setrlimit(RLIMIT_AS, &memory);
 #else
-  (void)limits;  // The sanitizer takes terabytes of addresses; its own limit counts what is used.
+  (void)allowance;  // The sanitizer takes terabytes of addresses; its own limit counts what is used.
 #endif
 }
 
@@ -200,17 +200,17 @@ Outcome RunHere(const std::function<void(const std::string&)>& body, const std::
   }
 }
 
-Outcome RunApart(const std::function<int()>& body, const Limits& limits) {
+Outcome RunApart(const std::function<int()>& body, const Allowance& allowance) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
-    SetLimits(limits);
+    SetLimits(allowance);
     const int nowhere = open("/dev/null", O_WRONLY);
     if (nowhere >= 0) {
       dup2(nowhere, 1);
       dup2(nowhere, 2);
     }
-    const auto seconds = static_cast<rlim_t>(limits.cpu_s + 1);
+    const auto seconds = static_cast<rlim_t>(allowance.cpu_s + 1);
     rlimit cpu{seconds, seconds + 1};
     setrlimit(RLIMIT_CPU, &cpu);
     const int code = body();

@@ -15,7 +15,7 @@ struct Seed {
 /// The files below `folder`, in the order of their names.
 std::vector<Seed> ReadCorpus(const std::string& folder);
 
-struct Limits {
+struct Allowance {
   double cpu_s = 10;             ///< Of one input.
   uint64_t memory = 2ull << 30;  ///< Bytes, of a process.
 };
@@ -27,13 +27,13 @@ struct Outcome {
 };
 
 /// Sets the limits for this process, and what a sanitizer does when they are reached.
-void SetLimits(const Limits& limits);
+void SetLimits(const Allowance& allowance);
 
 /// Runs `body` on an input in this process: InputError is fine, other exceptions are not.
 Outcome RunHere(const std::function<void(const std::string&)>& body, const std::string& input);
 
 /// Runs `body` in a process of its own and waits; `output` is where its standard output goes, empty: nowhere.
-Outcome RunApart(const std::function<int()>& body, const Limits& limits);
+Outcome RunApart(const std::function<int()>& body, const Allowance& allowance);
 
 struct FuzzOptions {
   std::string name;
@@ -41,7 +41,7 @@ struct FuzzOptions {
   uint64_t runs = 0;    ///< Inputs; 0: until `seconds`.
   uint64_t seed = 1;
   std::string findings;  ///< Folder for inputs that are not read as they should be; empty: none is kept.
-  Limits limits;
+  Allowance allowance;
 };
 
 /// Mutates the corpus, and what leads to new places, until the time is over, in a process that is begun anew

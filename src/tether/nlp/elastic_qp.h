@@ -82,8 +82,8 @@ class ElasticQp {
   void Slope(const ManifoldView::Values& values, double lambda, bool guessed);
   void FactorizeActive(const ManifoldView::Values& values, double lambda);
 
-  /// Begins anew, or where it last ended. Leaves its guess of the active rows in `active_`. Carefully: without
-  /// Mehrotra's corrector, slower and surer.
+  /// Begins anew, or where it last ended. Leaves its guess of the active rows in `active_`. Carefully:
+  /// without Mehrotra's corrector, slower and surer.
   bool SolveByInteriorPoint(const ManifoldView::Values& values, double lambda, double tolerance, bool resume,
                             bool careful = false);
   /// The Newton step towards complementarity products `target_a_` and `target_b_`.

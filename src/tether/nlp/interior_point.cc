@@ -99,9 +99,9 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
                   (b_[k] + step * db_[k]) * (l_[k] + step * dy_[k]);
       }
       const double ratio = std::clamp(affine / (2 * m * gap), 0.0, 1.0);
-      const double mu =
-          std::max((careful ? kCarefulShare : ratio * ratio * ratio) * gap, 0.1 * tolerance);
-      // The corrector is that of a whole step: where only a short one can be taken, it may go round in circles.
+      const double mu = std::max((careful ? kCarefulShare : ratio * ratio * ratio) * gap, 0.1 * tolerance);
+      // The corrector is that of a whole step: where only a short one can be taken, it may go round in
+      // circles.
       for (int k = 0; k < m; ++k) {
         target_a_[k] = mu + (careful ? 0 : da_[k] * dy_[k]);
         target_b_[k] = mu - (careful ? 0 : db_[k] * dy_[k]);

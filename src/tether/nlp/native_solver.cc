@@ -193,7 +193,10 @@ class NativeRun {
       for (int row = 0; row < view_.num_rows(); ++row)
         model_rows_[row] = qp_.HasFreshCut(row) ? here_.rows[row] : there_.rows[row] - Jd_[row];
       SolveSubproblem(model_rows_);
-      predicted = Predict(merit);
+      // A correction makes up for what the model does not see, so the model would refuse it: it has to keep
+      // what the step before it promised. With cuts the model itself is another.
+      const double corrected = Predict(merit);
+      if (cuts_added_ > 0) predicted = corrected;
       if (predicted <= 0) return false;
       view_.Move(x_, step_, 1, trial_);
       if (!EvaluateTrial()) return false;

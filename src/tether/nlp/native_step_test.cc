@@ -94,8 +94,10 @@ TEST(NativeStepTest, TheSubproblemIsSolvedHoweverFarARowIsFromFeasible) {
 }
 
 TEST(NativeStepTest, CurvedRowsDoNotSlowItDown) {
-  // Along a circle a step that is right to first order leaves it, and the merit function refuses it.
-  int many = 0, total = 0, worst=0, fail=0;
+  // Where a row curves, a step that is right to first order leaves it, and the merit function refuses it: on
+  // a circle, and along rods of fixed length. Corrected to second order, fewer steps are refused and
+  // shortened; without the corrections it takes about 11,000 and 8,400 iterations.
+  int circles = 0, rods = 0;
   for (uint64_t seed = 1; seed <= 400; ++seed) {
     Random random(seed);
     Nearest example(2, random, 1);
@@ -103,13 +105,28 @@ TEST(NativeStepTest, CurvedRowsDoNotSlowItDown) {
         Role::kEquality, [](const VectorXd& v) { return v.norm() - 1; },
         [](const VectorXd& v) -> VectorXd { return v.normalized(); });
     const Result result = SolveNatively(example);
-    fail += result.ok() ? 0 : 1;
-    total += result.iterations; many += result.iterations > 100; worst = std::max(worst, result.iterations);
+    ASSERT_TRUE(result.ok()) << seed << ": " << result.Summary();
+    circles += result.iterations;
   }
-  printf("total %d many %d worst %d fail %d\n", total, many, worst, fail);
+  for (uint64_t seed = 1; seed <= 100; ++seed) {
+    Random random(seed);
+    Example example;
+    BlockRef last;
+    for (int i = 0; i < 5; ++i) {
+      const BlockRef next = example.program.AddPose("link");
+      example.guess.poses.push_back(RandomPose(random));
+      example.program.Add(PoseToTarget(next, RandomPose(random), 1, 0.3), Role::kCost);
+      if (i > 0) example.program.Add(Offset(last, next, Vector3d(0.5, 0, 0)), Role::kEquality);
+      last = next;
+    }
+    const Result result = SolveNatively(example);
+    ASSERT_TRUE(result.ok()) << seed << ": " << result.Summary();
+    rods += result.iterations;
+  }
+  EXPECT_LT(circles, 10000);
+  EXPECT_LT(rods, 6500);
 }
 
-//X
 /// Among balls, and behind a wall with an edge that curves away: many steps are refused and leave cuts.
 Nearest AmongBalls(uint64_t seed) {
   Random random(seed);
@@ -142,7 +159,8 @@ TEST(NativeStepTest, WhereItEndsASecondSolveFindsNothingBetter) {
     if (again.ok() && again.cost < 0.999 * first.cost - 1e-5) ++improved;
   }
   EXPECT_GT(solved, 900);
-  printf("solved %d improved %d\n", solved, improved);
+  // With cuts of earlier points it ends too early 20 times.
+  EXPECT_LE(improved, 3);
 }
 
 TEST(ElasticQpTest, CutsMoveAlongAndLastForOneStep) {

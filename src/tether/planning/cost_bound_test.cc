@@ -97,6 +97,35 @@ TEST(PlannerTest, WhatCanNotBeAmongTheBestIsPruned) {
   }
 }
 
+TEST(PlannerTest, OnlyWhatCostsMoreIsPrunedHoweverNearItIs) {
+  // Places of about the same distance: bounds lie a little below the best cost, or a little above.
+  Random random(11);
+  int pruned = 0, near = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    const double first = random.Uniform(0.12, 0.2), second = first + random.Uniform(0.11, 0.15);
+    Problem problem = CarryProblem(first, second, second + random.Uniform(0.11, 0.2));
+    problem.search.max_plans = 1 + trial % 2;
+    const PlanReport report = PlanTask(problem, *CarryTask());
+    std::vector<double> costs;
+    for (const CandidateReport& candidate : report.candidates) {
+      if (candidate.feasible()) costs.push_back(candidate.plan.cost);
+    }
+    std::sort(costs.begin(), costs.end());
+    const auto wanted = static_cast<size_t>(problem.search.max_plans);
+    ASSERT_GE(costs.size(), wanted);
+    for (const CandidateReport& candidate : report.candidates) {
+      if (candidate.status == CandidateStatus::kPruned) {
+        ++pruned;
+        EXPECT_GE(candidate.bound, costs[wanted - 1]) << trial;
+      } else if (candidate.bound > costs[wanted - 1] - 0.05) {
+        ++near;
+      }
+    }
+  }
+  EXPECT_GE(pruned, 5);
+  EXPECT_GE(near, 5) << "compared, though its bound was hardly below the best cost";
+}
+
 TEST(PlannerTest, WhatBlocksACandidateIsNamed) {
   Problem problem = CarryProblem(0.12, 0.35, 0.65);
   // Beyond the arm's reach: no pose will do, but by so little that nothing proves it.
@@ -123,6 +152,25 @@ TEST(PlannerTest, GivingUpOnFirstActionsSkipsTheirContinuations) {
     return c.plan.actions.front() == "pick(block)";
   };
   EXPECT_EQ(std::count_if(report.candidates.begin(), report.candidates.end(), begins_with_it), 1);
+}
+
+TEST(PlannerTest, WhatWasGivenUpIsNeitherProvedNorAll) {
+  Problem problem = CarryProblem(0.12, 0.35, 0.65);
+  // The block can't be had, though nothing proves it, and there is nothing else to do.
+  problem.scene.objects[0].X_ParentObject.p = Vector3d(1.5, 0, 0.02);
+  problem.search.max_actions = 0;
+  const auto task = symbolic::Task::Ground(symbolic::ParseProblem(
+      "(define (problem have) (:domain fetch) (:objects block) (:init (free)) (:goal (held block)))",
+      "problem",
+      symbolic::ParseDomain("(define (domain fetch) (:predicates (held ?a) (free))"
+                            " (:action pick :parameters (?a) :precondition (free) :effect (held ?a)))",
+                            "domain")));
+  const PlanReport report = PlanTask(problem, *task);
+  ASSERT_EQ(report.candidates.size(), 1u);
+  EXPECT_EQ(report.candidates[0].status, CandidateStatus::kGaveUp);
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp) << report.message;
+  EXPECT_FALSE(report.complete) << "what begins like it was not looked at";
+  EXPECT_THAT(report.message, HasSubstr("no candidate has feasible key poses"));
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include "tether/planning/test_scene.h"
 #include "tether/symbolic/pddl.h"
 
-/// How far beside the normal a push may go: half the friction angle (ERRATA A13) for the checker, half of that
-/// for the planner.
+/// How far beside the normal a push may go: half the friction angle (ERRATA A13) for the checker, half of
+/// that for the planner.
 namespace tether::planning {
 namespace {
 
@@ -63,8 +63,8 @@ TEST(PushTest, TheCheckerRefusesMoreThanHalfTheFrictionAngle) {
     for (const double share : {-1.9, -1.05, -0.95, 0.0, 0.5, 0.95, 1.05, 1.5}) {
       Plan turned = plan;
       const double angle = share * half, length = push.along.norm();
-      turned.steps[kPushStep].X_TC.p += length * (std::cos(angle) * push.normal + std::sin(angle) * across) -
-                                        push.along;
+      turned.steps[kPushStep].X_TC.p +=
+          length * (std::cos(angle) * push.normal + std::sin(angle) * across) - push.along;
       double beyond = 0;
       for (const CheckFinding& finding : CheckPlan(problem, turned).findings) {
         if (finding.label != "push_normal(hook, box): direction within half the friction angle") continue;
@@ -89,7 +89,6 @@ TEST(PushTest, APlannedPushUsesHalfOfWhatTheCheckerAllows) {
       const PlanReport report = PlanReach(problem);
       if (report.best() == nullptr) continue;
       const double share = PushOf(problem, report.best()->plan).angle() / HalfFrictionAngle(friction);
-      printf("%g %g: share %g\n", y, friction, share);
       EXPECT_LT(share, 0.5 + 0.01) << y;
       if (share > 0.45) ++oblique;
     }

@@ -72,7 +72,8 @@ TEST(RoundingTest, RowsThatAreNearlyOppositeStillMeet) {
 }
 
 TEST(RoundingTest, RowsThatAreOppositeButForRoundingDoNotMoveTheSolutionFar) {
-  // They meet where rounding says: as far away as it likes. What is violated by that much counts as satisfied.
+  // They meet where rounding says: as far away as it likes. What is violated by that much counts as
+  // satisfied.
   for (const double angle : {1e-14, 5e-14, 1e-13}) {
     for (const bool as_rows : {false, true}) {
       const Problem problem = Wedge(angle, as_rows);

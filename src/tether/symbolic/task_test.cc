@@ -1,5 +1,6 @@
 #include "tether/symbolic/task.h"
 
+#include <cmath>
 #include <deque>
 #include <set>
 #include <string>
@@ -114,6 +115,42 @@ TEST(TaskTest, CostsAreExactMultiplesOfAUnit) {
               "(far a a) "
               "number))");
   }
+}
+
+TEST(TaskTest, CostsAreExactToTheSixthDigitAfterThePoint) {
+  const std::string domain =
+      "(define (domain d) (:predicates (a) (b)) (:functions (total-cost) (toll) - number)\n"
+      "(:action cheap :parameters () :effect (and (a) (increase (total-cost) 1.000001)))\n"
+      "(:action dear :parameters () :effect (and (a) (increase (total-cost) 1.000002)))\n"
+      "(:action paid :parameters () :effect (and (b) (increase (total-cost) (toll)))))";
+  const auto ground = [&](const std::string& toll) {
+    const auto parsed = ParseDomain(domain, "d");
+    return Task::Ground(ParseProblem("(define (problem x) (:domain d) (:init (= (total-cost) 0) (= (toll) " +
+                                         toll + ")) (:goal (a)) (:metric minimize (total-cost)))",
+                                     "p", parsed));
+  };
+  const auto cost = [](const Task& task, const std::string& action) {
+    return std::lround(
+        1e6 * task.cost_unit() *
+        static_cast<double>(task.actions()[static_cast<size_t>(task.FindAction(action))].cost));
+  };
+  const auto task = ground("0.000009");
+  EXPECT_EQ(cost(*task, "cheap()"), 1000001);
+  EXPECT_EQ(cost(*task, "dear()"), 1000002);
+  EXPECT_EQ(cost(*task, "paid()"), 9);
+  EXPECT_EQ(cost(*ground("999999999.999999"), "paid()"), 999999999999999);
+  EXPECT_EQ(cost(*ground("0.0000090"), "paid()"), 9) << "zeros at the end are no digits";
+  try {
+    ground("0.0000095");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("up to six digits after the point"));
+  }
+  const auto problem =
+      ParseProblem("(define (problem x) (:domain d) (:init (= (toll) 0.000009)) (:goal (b)))", "p",
+                   ParseDomain(domain, "d"));
+  EXPECT_THAT(WriteDomain(*problem->domain), ::testing::HasSubstr("(increase (total-cost) 1.000001)"));
+  EXPECT_THAT(WriteProblem(*problem), ::testing::HasSubstr("0.000009"));
 }
 
 TEST(TaskTest, CompetitionDomainsGround) {

@@ -272,6 +272,26 @@ TEST(SkeletonTest, ConflictsThatGaveUpAreNoProof) {
   }
 }
 
+TEST(SkeletonTest, ActionsThatWereGivenUpAnywhereAreNoProof) {
+  // Each action in turn fails wherever it stands, until no sequence is left.
+  const auto task = Task::Ground(RandomGripper(4, 3, 1));
+  for (const auto kind : {Conflict::Kind::kProved, Conflict::Kind::kGaveUp}) {
+    SkeletonSearch search(task);
+    SearchOutcome outcome = search.Next();
+    for (int count = 0; outcome.found(); ++count) {
+      ASSERT_LT(count, static_cast<int>(task->actions().size()));
+      Conflict conflict;
+      conflict.kind = kind;
+      conflict.prefix = {outcome.skeleton->actions.front()};
+      conflict.anywhere = true;
+      search.AddConflict(conflict);
+      outcome = search.Next();
+    }
+    EXPECT_EQ(outcome.status,
+              kind == Conflict::Kind::kProved ? SearchStatus::kExhausted : SearchStatus::kPruned);
+  }
+}
+
 TEST(SkeletonTest, StopsWhenAskedAndGoesOn) {
   const auto task = Shipped("hanoi");
   SkeletonSearch plain(task, {.max_actions = 16}), stopped(task, {.max_actions = 16});
