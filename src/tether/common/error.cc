@@ -7,6 +7,13 @@
 namespace tether {
 namespace {
 
+/// A file with more mistakes is not read on: each is looked up among all names that there are.
+constexpr size_t kMostMistakes = 500;
+/// Longer words are no slips of the pen.
+constexpr size_t kLongestWord = 200;
+/// More are not for reading.
+constexpr size_t kMostAlternatives = 60;
+
 std::string JoinDiagnostics(const std::vector<Diagnostic>& diagnostics) {
   std::string text;
   for (const Diagnostic& diagnostic : diagnostics) {
@@ -59,9 +66,14 @@ InputError::InputError(const std::string& message, const std::string& accepted)
 
 void Diagnostics::Add(const Location& where, std::string message, std::string accepted) {
   list_.push_back({where, std::move(message), std::move(accepted)});
+  if (list_.size() < kMostMistakes) return;
+  list_.push_back({{where.file, 0, 0}, "there are too many mistakes to go on", ""});
+  ThrowIfAny();
 }
 
 void Diagnostics::Add(const InputError& error) {
+  // Those of an error that ended the gathering are here already.
+  if (list_.size() > kMostMistakes) throw InputError(error);
   list_.insert(list_.end(), error.diagnostics().begin(), error.diagnostics().end());
 }
 
@@ -77,8 +89,11 @@ void Diagnostics::ThrowIfAny() const {
 
 std::string NearestMatch(std::string_view word, const std::vector<std::string>& candidates) {
   std::string best;
+  if (word.size() > kLongestWord) return best;
   int best_distance = std::max(2, static_cast<int>(word.size()) / 3) + 1;
   for (const std::string& candidate : candidates) {
+    const size_t more = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+    if (more >= static_cast<size_t>(best_distance)) continue;
     const int distance = EditDistance(word, candidate);
     if (distance < best_distance && distance < static_cast<int>(std::max(word.size(), candidate.size()))) {
       best = candidate;
@@ -90,10 +105,12 @@ std::string NearestMatch(std::string_view word, const std::vector<std::string>& 
 
 std::string JoinAlternatives(const std::vector<std::string>& words) {
   std::string text;
-  for (size_t i = 0; i < words.size(); ++i) {
+  const size_t said = words.size() > kMostAlternatives ? kMostAlternatives : words.size();
+  for (size_t i = 0; i < said; ++i) {
     if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
     text += words[i];
   }
+  if (said < words.size()) text += " or one of " + std::to_string(words.size() - said) + " more";
   return text;
 }
 

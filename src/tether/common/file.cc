@@ -11,8 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
 #include <utility>
 
 #include "tether/common/error.h"
@@ -70,7 +70,7 @@ using FileId = std::pair<dev_t, ino_t>;
 
 struct ReadFiles {
   std::mutex mutex;
-  std::set<FileId> ids;
+  std::map<FileId, std::string> paths;
 };
 ReadFiles& Read() {
   static ReadFiles files;
@@ -242,7 +242,7 @@ std::string ReadFile(const std::string& path) {
     if (got < 0 && error != EINTR) Fail(path, "read", Reason(error), accepted);
   }
   const std::lock_guard lock(Read().mutex);
-  Read().ids.emplace(status.st_dev, status.st_ino);
+  Read().paths.insert_or_assign(FileId(status.st_dev, status.st_ino), path);
   return text;
 }
 
@@ -250,7 +250,11 @@ bool WasRead(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
   const std::lock_guard lock(Read().mutex);
-  return Read().ids.contains({status.st_dev, status.st_ino});
+  const auto found = Read().paths.find({status.st_dev, status.st_ino});
+  // The number of a file that is gone may be another's by now.
+  struct stat same {};
+  return found != Read().paths.end() && stat(found->second.c_str(), &same) == 0 &&
+         same.st_dev == status.st_dev && same.st_ino == status.st_ino;
 }
 
 void WriteFile(const std::string& path, std::string_view text) {

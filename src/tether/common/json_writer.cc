@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tether/common/utf8.h"
 #include "tether/common/value.h"
 
 namespace tether {
@@ -22,7 +23,15 @@ void AppendNumber(double value, std::string& out) {
 
 void WriteString(std::string_view text, std::string& out) {
   out += '"';
-  for (char c : text) {
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (static_cast<unsigned char>(c) >= 0x80) {
+      const size_t length = Utf8Length(text.substr(i));
+      // JSON is UTF-8: what is none can't be written.
+      out += length == 0 ? std::string_view("\\ufffd") : text.substr(i, length);
+      i += length == 0 ? 0 : length - 1;
+      continue;
+    }
     switch (c) {
       case '"':
         out += "\\\"";

@@ -121,10 +121,10 @@ double ReadPositive(const Value& value, const std::string& what, Diagnostics& di
 
 double ReadLength(const Value& value, const std::string& what, Diagnostics& diagnostics, double fallback) {
   const bool above_zero = IsFinite(value) && value.number() > 0;
-  if (above_zero && value.number() >= kSmallestPositive && value.number() <= kGreatestLength)
+  if (above_zero && value.number() >= kSmallestLength && value.number() <= kGreatestLength)
     return value.number();
   diagnostics.Add(value.where(), what + " is " + Shown(value),
-                  above_zero ? "a length from 1e-9 m to 10 km is accepted"
+                  above_zero ? "a length from 0.1 mm to 10 km is accepted"
                              : "a finite number above zero is accepted");
   return fallback;
 }

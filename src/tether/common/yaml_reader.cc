@@ -6,6 +6,7 @@
 #include <yaml-cpp/parser.h>
 
 #include "tether/common/file.h"
+#include "tether/common/utf8.h"
 #include "tether/common/value_builder.h"
 
 namespace tether {
@@ -64,33 +65,18 @@ class Events : public YAML::EventHandler {
   bool begun_ = false;
 };
 
-/// How many bytes the UTF-8 character at the start of `text` has; 0 if it is none, or a control character: one
-/// of these ends a document for yaml-cpp.
-size_t LengthOfCharacter(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return (first >= 0x20 && first != 0x7f) || (first >= '\t' && first <= '\r') ? 1 : 0;
-  const size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  }
-  const bool overlong = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xf0 && byte(1) < 0x90);
-  const bool surrogate = first == 0xed && byte(1) >= 0xa0;
-  const bool beyond = first == 0xf4 && byte(1) >= 0x90;
-  return overlong || surrogate || beyond ? 0 : length;
-}
-
 void RequireText(std::string_view text, const std::string& file) {
   int line = 1;
   size_t line_begin = 0;
   for (size_t i = 0; i < text.size();) {
-    const size_t length = LengthOfCharacter(text.substr(i, 4));
+    const auto first = static_cast<unsigned char>(text[i]);
+    // One of the control characters ends a document for yaml-cpp.
+    const bool control = first < 0x20 && (first < '\t' || first > '\r');
+    const size_t length = control ? 0 : Utf8Length(text.substr(i));
     if (length == 0) {
       constexpr const char* kDigits = "0123456789abcdef";
-      const auto byte = static_cast<unsigned char>(text[i]);
       throw InputError({{Location{file, line, static_cast<int>(i - line_begin) + 1},
-                         std::string("the byte 0x") + kDigits[byte >> 4] + kDigits[byte & 15] +
+                         std::string("the byte 0x") + kDigits[first >> 4] + kDigits[first & 15] +
                              " is no part of a text",
                          "text in UTF-8"}});
     }

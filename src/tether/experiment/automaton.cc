@@ -88,9 +88,9 @@ int AutomatonCommand(const AutomatonArguments& arguments) {
   }
   if (!arguments.json.empty()) outputs.Write(arguments.json, WriteAutomatonReport(compiled));
   if (arguments.hoa) {
-    outputs.Write("-", WriteHoa(*compiled.automaton, compiled.formula.ToString(), compiled.semantics));
+    outputs.WriteText("-", WriteHoa(*compiled.automaton, compiled.formula.ToString(), compiled.semantics));
   } else if (arguments.dot) {
-    outputs.Write("-", WriteDot(*compiled.automaton, compiled.formula.ToString()));
+    outputs.WriteText("-", WriteDot(*compiled.automaton, compiled.formula.ToString()));
   } else if (!json_to_stdout) {
     PrintAutomaton(compiled, terminal);
   }

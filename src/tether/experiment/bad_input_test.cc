@@ -107,9 +107,13 @@ TEST_F(BadInputTest, HugeCylinderEndlessDistance) {
   for (const char* shape : {"{cylinder: {radius: 1e308, length: 1}}", "{cylinder: {radius: 1, length: 10001}}",
                             "{sphere: 1e300}", "{capsule: {radius: 1e-300, length: 1}}"}) {
     EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", std::string("objects:\n  big: {shape: ") + shape + "}\n")),
-                HasSubstr("a length from 1e-9 m to 10 km is accepted"))
+                HasSubstr("a length from 0.1 mm to 10 km is accepted"))
         << shape;
   }
+  EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  thin: {shape: {box: [1, 1e-300, 1]}}\n")),
+              HasSubstr("box of object 'thin' has the size 1e-300 (full side lengths from 0.1 mm, m"));
+  EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  light: {shape: {sphere: 1}, mass: 1e-9}\n")),
+              HasSubstr("'mass' of object 'light' is 1e-9 kg (a mass from 1 mg"));
   EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  far: {shape: {sphere: 1}, pose: {position: [0, 1e9, 0]}}\n")),
               HasSubstr("numbers from -10000 to 10000 (m or rad) are accepted"));
 }

@@ -181,6 +181,9 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
   refuse(!arguments.solvers.empty(), "--solver");
   refuse(arguments.repetitions.has_value(), "--repetitions");
   refuse(arguments.no_robot, "--no-robot");
+  constexpr int kMostTicks = 10'000'000;
+  if (arguments.ticks && *arguments.ticks > kMostTicks)
+    diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks), "up to " + std::to_string(kMostTicks));
   if (arguments.name != "control" && arguments.ticks) {
     diagnostics.Add({}, "--ticks says nothing to benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");

@@ -221,6 +221,10 @@ std::optional<ProblemMeasurement> MeasureProblem(const std::string& path,
 
 void PlanningBenchOptions::Validate() const {
   Diagnostics diagnostics;
+  constexpr int kMostRepetitions = 1'000'000;
+  if (repetitions > kMostRepetitions)
+    diagnostics.Add({}, "--repetitions is " + std::to_string(repetitions),
+                    "up to " + std::to_string(kMostRepetitions));
   if (repetitions < 1) {
     diagnostics.Add({}, "--repetitions is " + std::to_string(repetitions), "a whole number above zero");
   }

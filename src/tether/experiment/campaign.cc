@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tether/common/error.h"
+#include "tether/common/limits.h"
 #include "tether/experiment/campaign_control.h"
 #include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/campaign_scene.h"
@@ -15,6 +16,7 @@ namespace tether::experiment {
 namespace {
 
 constexpr int kIpoptScenes = 50;
+constexpr int kMostScenes = 1000000;
 constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
 constexpr int kSeededRuns = 30;
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
@@ -60,7 +62,7 @@ std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
   return scenes;
 }
 
-std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene& scene) {
+std::optional<Value> MeasureScene(const CampaignOptions& options, const CampaignScene& scene) {
   SceneMeasurementOptions measurement;
   measurement.restarts = options.restarts;
   measurement.stop = options.stop;
@@ -71,6 +73,16 @@ std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene
   if (options.name == "control") return MeasureControl(scene, ScenarioOf(options), options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
+}
+
+/// None if it was interrupted.
+std::optional<Value> Measure(const CampaignOptions& options, const CampaignScene& scene) {
+  try {
+    return MeasureScene(options, scene);
+  } catch (const LimitReached& reached) {
+    if (reached.limit() == Limit::kInterrupted) return std::nullopt;
+    throw;
+  }
 }
 
 std::string LabelOf(const Value& record) {
@@ -137,7 +149,8 @@ void CampaignOptions::Validate() const {
   else if (no_robot && name != "execution")
     diagnostics.Add({}, "--no-robot says nothing to campaign '" + name + "'",
                     "it plans without the arm anyway");
-  if (scenes && *scenes < 1) diagnostics.Add({}, "--scenes is " + std::to_string(*scenes), "1 or more");
+  if (scenes && (*scenes < 1 || *scenes > kMostScenes))
+    diagnostics.Add({}, "--scenes is " + std::to_string(*scenes), *scenes < 1 ? "1 or more" : "up to 1000000");
   if (restarts < 1) diagnostics.Add({}, "--restarts is " + std::to_string(restarts), "1 or more");
   if (seed > static_cast<uint64_t>(INT64_MAX) / 2)
     diagnostics.Add({}, "--seed is " + std::to_string(seed), "up to 2^62");

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tether/constraints/kind.h"
+#include "tether/experiment/contact.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/scene_reader.h"
 #include "tether/experiment/terminal.h"
@@ -79,7 +80,7 @@ class FileChecker {
     check.kind = "scenario";
     Scenario scenario = LoadScenario(file);
     // What only the simulation refuses is a mistake all the same.
-    if (!scenario.scene.robots.empty()) const sim::World world(scenario.scene, scenario.models);
+    sim::RequireSimulable(scenario.scene, scenario.models, InitialPoses(scenario.scene));
     check.problems = CheckGeometry(scenario);
     check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
                           std::to_string(scenario.scene.regions.size()) + " regions, " +

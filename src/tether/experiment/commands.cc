@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "tether/common/limits.h"
 #include "tether/common/log.h"
 #include "tether/experiment/check.h"
 #include "tether/experiment/outputs.h"
@@ -303,6 +304,9 @@ int RunCommand(const RunArguments& arguments) {
                          kind.find("lost") != std::string::npos || kind == "failed";
     terminal.Print(trouble ? terminal.Yellow(line) : line);
   };
+  // The run looks at the request to stop at every tick, and says how far it came.
+  const Limits none;
+  const LimitsScope scope(none);
   const RunReport report = RunPlan(scenario, scene, *loaded.task, *plan, options);
   PrintJudgement(report, terminal);
   PrintMargins(report, terminal);
@@ -318,7 +322,7 @@ int ReportCommand(const ReportArguments& arguments) {
   Outputs outputs;
   outputs.Add(arguments.output, "--output");
   outputs.Require({arguments.log});
-  outputs.Write(arguments.output, DrawRunLog(ReadRunLog(ReadYaml(arguments.log))));
+  outputs.WriteText(arguments.output, DrawRunLog(ReadRunLog(ReadYaml(arguments.log))));
   outputs.Finish();
   return kExitSuccess;
 }

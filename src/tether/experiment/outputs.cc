@@ -45,7 +45,7 @@ void Outputs::RequireUnread() const {
   diagnostics.ThrowIfAny();
 }
 
-void Outputs::Write(const std::string& path, std::string_view text) {
+void Outputs::WriteText(const std::string& path, std::string_view text) {
   if (path.empty()) return;
   try {
     WriteOutput(path, text);
@@ -55,7 +55,7 @@ void Outputs::Write(const std::string& path, std::string_view text) {
 }
 
 void Outputs::Write(const std::string& path, const Value& value) {
-  if (!path.empty()) Write(path, std::string_view(WriteJson(value)));
+  if (!path.empty()) WriteText(path, WriteJson(value));
 }
 
 }  // namespace tether::experiment

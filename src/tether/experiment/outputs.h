@@ -21,7 +21,7 @@ class Outputs {
   void RequireUnread() const;
 
   /// One that can't be written doesn't keep the others from it; Finish() says so.
-  void Write(const std::string& path, std::string_view text);
+  void WriteText(const std::string& path, std::string_view text);
   void Write(const std::string& path, const Value& value);
   /// Throws InputError if one could not be written.
   void Finish() const { problems_.ThrowIfAny(); }

@@ -22,10 +22,10 @@ Eigen::VectorXd ReadSizes(const Value& value, int count, const std::string& what
   const auto sizes = ReadVector(value, count, what, diagnostics);
   if (!sizes) return Eigen::VectorXd::Ones(count);
   for (int i = 0; i < count; ++i) {
-    if ((*sizes)[i] >= kSmallestPositive) continue;
+    if ((*sizes)[i] >= kSmallestLength) continue;
     diagnostics.Add(value.items()[static_cast<size_t>(i)].where(),
                     what + " has the size " + value.items()[static_cast<size_t>(i)].AsText(),
-                    "full side lengths above zero, m");
+                    (*sizes)[i] > 0 ? "full side lengths from 0.1 mm, m" : "full side lengths above zero, m");
     return Eigen::VectorXd::Ones(count);
   }
   return *sizes;
@@ -212,6 +212,11 @@ class SceneParser {
     }
     if (const Value* mass = reader.Optional("mass")) {
       object.mass = ReadPositive(*mass, "'mass' of " + what, diagnostics_);
+      if (*object.mass < kSmallestMass) {
+        diagnostics_.Add(mass->where(), "'mass' of " + what + " is " + mass->AsText() + " kg",
+                         "a mass from 1 mg, or none for what is fixed");
+        object.mass = 1;
+      }
     }
     object.friction = reader.Number("friction", object.friction);
     if (object.friction < 0) {
@@ -306,9 +311,10 @@ class SceneParser {
 
   void CheckParents() {
     const std::vector<std::string> frames = FrameNames(reading_.scene);
+    const std::set<std::string> known(frames.begin(), frames.end());
     std::map<std::string, std::string> parent_of;
     for (Parent& parent : parents_) {
-      if (std::find(frames.begin(), frames.end(), parent.parent) == frames.end()) {
+      if (!known.contains(parent.parent)) {
         diagnostics_.Add(parent.where, "unknown parent '" + parent.parent + "' of '" + parent.child + "'",
                          SuggestFrom(parent.parent, frames));
         Detach(parent.child);

@@ -122,12 +122,6 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
   }
 }
 
-bool HasHull(const scene::Object& object) {
-  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(), [](const geometry::Part& part) {
-    return std::holds_alternative<geometry::Hull>(part.primitive);
-  });
-}
-
 bool Contains(const auto& words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -279,6 +273,12 @@ constexpr const char* kFrame = R"(<mujoco model="tether">
 
 }  // namespace
 
+bool HasHull(const scene::Object& object) {
+  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(), [](const geometry::Part& part) {
+    return std::holds_alternative<geometry::Hull>(part.primitive);
+  });
+}
+
 std::string ObjectBodyName(const std::string& object) { return "object/" + object; }
 std::string RobotPrefix(const std::string& robot) { return robot + "/"; }
 
@@ -291,7 +291,7 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   for (const scene::Object& object : scene.objects) {
     if (object.movable()) bodies += static_cast<int>(object.shape.parts.size());
   }
-  const int contacts = 100 + 24 * bodies;
+  const int contacts = composition.contacts ? 100 + 24 * bodies : 1;
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", 4 * contacts + 100);
 

@@ -19,12 +19,16 @@ struct Composition {
   /// Fixed objects that move on rails: bodies with the inertia of a mountain, whose position and velocity are
   /// set.
   std::set<std::string> driven;
+  bool contacts = true;  ///< Room for as many contacts as there may be; otherwise for none, which is compiled fast.
 };
 
 /// The body and the joint (if it has one) of an object, and the body of a robot's base, in the composed MJCF.
 /// Names inside a robot's own MJCF get the prefix "<robot name>/".
 std::string ObjectBodyName(const std::string& object);
 std::string RobotPrefix(const std::string& robot);
+
+/// Whether a part of it is a convex hull.
+bool HasHull(const scene::Object& object);
 
 /// The scene as one MJCF text. Throws InputError for a robot's MJCF that can't be built into a scene.
 std::string ComposeMjcf(const scene::Scene& scene, const Composition& composition);

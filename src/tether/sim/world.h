@@ -16,6 +16,13 @@ struct WorldOptions {
   double timestep = 0.001;  ///< Physics step, s.
 };
 
+/// Throws InputError for a scene that can't be simulated, as World does, but without the memory and the time
+/// that a World takes: only what may be refused is tried, which shipped robots and plain shapes are not. `X_WO`
+/// holds the initial poses of all objects.
+void RequireSimulable(const scene::Scene& scene,
+                      const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                      const std::map<std::string, math::Pose>& X_WO);
+
 /// A physics world built from a scene: rigid bodies, arms, grasping by friction (nothing is ever glued).
 /// Deterministic: the same scene and the same commands give the same motion, bit for bit.
 ///

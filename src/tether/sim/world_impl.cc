@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -66,7 +67,62 @@ std::pair<int, int> JointSizes(int type) {
   }
 }
 
+/// Throws InputError if a robot has no model or starts where it can't be.
+void RequireRobots(const scene::Scene& scene,
+                   const std::map<std::string, std::shared_ptr<const robot::Model>>& models) {
+  Diagnostics diagnostics;
+  for (const scene::Robot& robot : scene.robots) {
+    const auto found = models.find(robot.name);
+    if (found == models.end() || found->second == nullptr) {
+      diagnostics.Add({}, "robot '" + robot.name + "' has no model");
+      continue;
+    }
+    const robot::Model& arm = *found->second;
+    if (robot.q.empty()) continue;
+    if (static_cast<int>(robot.q.size()) != arm.dof()) {
+      diagnostics.Add({},
+                      "robot '" + robot.name + "' has " + std::to_string(robot.q.size()) + " joint positions",
+                      "model '" + arm.name() + "' has " + std::to_string(arm.dof()) + " joints");
+      continue;
+    }
+    for (int i = 0; i < arm.dof(); ++i) {
+      const double q = robot.q[i];
+      if (q >= arm.lower()[i] - 1e-6 && q <= arm.upper()[i] + 1e-6) continue;
+      diagnostics.Add(
+          {}, "robot '" + robot.name + "' has " + arm.joint_names()[i] + " at " + Format("%f", q) + " rad",
+          "from " + Format("%f to %f", arm.lower()[i], arm.upper()[i]) +
+              " is accepted");
+    }
+  }
+  diagnostics.ThrowIfAny();
+}
+
 }  // namespace
+
+void RequireSimulable(const scene::Scene& scene,
+                      const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                      const std::map<std::string, math::Pose>& X_WO) {
+  RequireRobots(scene, models);
+  scene::Scene doubtful;
+  const std::string shipped = robot::DataDirectory() + "/models/robots/";
+  const bool own_data = std::getenv("TETHER_DATA_DIR") != nullptr;
+  for (const scene::Robot& robot : scene.robots) {
+    if (!own_data && models.at(robot.name)->mjcf_path().starts_with(shipped)) continue;
+    scene::Robot& alone = doubtful.robots.emplace_back(robot);
+    alone.parent = scene::kWorld;
+    alone.X_ParentBase = scene.InitialPose(robot.name);
+  }
+  for (const scene::Object& object : scene.objects) {
+    if (HasHull(object)) doubtful.objects.push_back(object);
+  }
+  if (doubtful.robots.empty() && doubtful.objects.empty()) return;
+  robot::PrepareMujoco();
+  Composition composition;
+  composition.models = models;
+  composition.X_WO = X_WO;
+  composition.contacts = false;
+  LoadText(ComposeMjcf(doubtful, composition));
+}
 
 void DeleteMujoco::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void DeleteMujoco::operator()(mjData_* data) const { mj_deleteData(data); }
@@ -84,10 +140,10 @@ World::Impl::Impl(const scene::Scene& scene_in,
   robot::PrepareMujoco();
   GuardBoxCollision();
   if (!std::isfinite(options.timestep) || options.timestep <= 0) {
-    throw InputError("the physics step is " + std::to_string(options.timestep) + " s",
+    throw InputError("the physics step is " + Format("%f", options.timestep) + " s",
                      "a step above zero is accepted; 0.001 or 0.002 work well");
   }
-  CheckRobots();
+  RequireRobots(scene, models);
   for (const scene::Object& object : scene.objects) {
     ObjectEntry entry;
     entry.name = object.name;
@@ -117,34 +173,6 @@ World::Impl::Impl(const scene::Scene& scene_in,
     }
   }
   mj_forward(model.get(), data.get());
-}
-
-void World::Impl::CheckRobots() const {
-  Diagnostics diagnostics;
-  for (const scene::Robot& robot : scene.robots) {
-    const auto found = models.find(robot.name);
-    if (found == models.end() || found->second == nullptr) {
-      diagnostics.Add({}, "robot '" + robot.name + "' has no model");
-      continue;
-    }
-    const robot::Model& arm = *found->second;
-    if (robot.q.empty()) continue;
-    if (static_cast<int>(robot.q.size()) != arm.dof()) {
-      diagnostics.Add({},
-                      "robot '" + robot.name + "' has " + std::to_string(robot.q.size()) + " joint positions",
-                      "model '" + arm.name() + "' has " + std::to_string(arm.dof()) + " joints");
-      continue;
-    }
-    for (int i = 0; i < arm.dof(); ++i) {
-      const double q = robot.q[i];
-      if (q >= arm.lower()[i] - 1e-6 && q <= arm.upper()[i] + 1e-6) continue;
-      diagnostics.Add(
-          {}, "robot '" + robot.name + "' has " + arm.joint_names()[i] + " at " + std::to_string(q) + " rad",
-          "from " + std::to_string(arm.lower()[i]) + " to " + std::to_string(arm.upper()[i]) +
-              " is accepted");
-    }
-  }
-  diagnostics.ThrowIfAny();
 }
 
 void World::Impl::Compile() {

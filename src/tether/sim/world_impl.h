@@ -84,7 +84,6 @@ struct World::Impl {
   /// joints.
   void Compile();
   void FindIds();
-  void CheckRobots() const;
   /// Index of an object; throws InputError with the nearest match.
   int ObjectIndex(const std::string& name) const;
   int OwnerIndex(const std::string& name) const;
