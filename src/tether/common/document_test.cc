@@ -78,11 +78,16 @@ TEST(DocumentTest, YamlSecondDocumentIgnored) {
   EXPECT_THAT(ErrorOf("{\"a\": 1} x\n"), HasSubstr("f.yaml:1:10: "));
   EXPECT_THAT(ErrorOf("a: 1\n...\nb: 2\n"), HasSubstr("a second document"));
   // This byte ends a file for yaml-cpp.
-  EXPECT_THAT(ErrorOf("a: 1\n\x04" "b: 2\n"), HasSubstr("f.yaml:2:1: the byte 0x04 is no part of a text"));
-  EXPECT_THAT(ErrorOf("a: \xc3(\n"), HasSubstr("f.yaml:1:4: the byte 0xc3 is no part of a text (text in UTF-8"));
+  EXPECT_THAT(ErrorOf("a: 1\n\x04"
+                      "b: 2\n"),
+              HasSubstr("f.yaml:2:1: the byte 0x04 is no part of a text"));
+  EXPECT_THAT(ErrorOf("a: \xc3(\n"),
+              HasSubstr("f.yaml:1:4: the byte 0xc3 is no part of a text (text in UTF-8"));
   EXPECT_THAT(ErrorOf(std::string("a: 1\0", 5)), HasSubstr("the byte 0x00"));
   EXPECT_EQ(ErrorOf("---\na: grün\n...\n"), "");
-  EXPECT_EQ(ErrorOf("\xef\xbb\xbf" "a: 1\n"), "");
+  EXPECT_EQ(ErrorOf("\xef\xbb\xbf"
+                    "a: 1\n"),
+            "");
 }
 
 TEST(DocumentTest, KeysAreText) {
@@ -102,8 +107,8 @@ TEST(DocumentTest, IntMinInteger) {
   };
   EXPECT_EQ(read("2147483647"), "2147483647");
   EXPECT_EQ(read("-2147483647"), "-2147483647");
-  for (const char* beyond : {"-9223372036854775808", "-9223372036854775807", "9223372036854775807", "2147483648",
-                             "18446744073709551615", "-2147483648"}) {
+  for (const char* beyond : {"-9223372036854775808", "-9223372036854775807", "9223372036854775807",
+                             "2147483648", "18446744073709551615", "-2147483648"}) {
     EXPECT_THAT(read(beyond), HasSubstr(std::string("it is '") + beyond +
                                         "' (a whole number from -2147483647 to 2147483647 is accepted"));
   }
@@ -141,7 +146,8 @@ TEST(DocumentTest, JsonReadsAsItIsWritten) {
   const Value value = Value::Object().Set(all, Value(all)).Set("e", Value::Array()).Set("o", Value::Object());
   EXPECT_EQ(WriteJson(ParseYaml(WriteJson(value), "f"), 2), WriteJson(value));
   EXPECT_EQ(WriteJson(Value("a\xff\xc3"), 0), R"("a\ufffd\ufffd")");
-  const Value read = ParseYaml(R"({"a": ["\u00fc\ud83e\uddbe\/", 1e400, -1e400, 1e-400, -0.5E+1, null, true]})", "f");
+  const Value read =
+      ParseYaml(R"({"a": ["\u00fc\ud83e\uddbe\/", 1e400, -1e400, 1e-400, -0.5E+1, null, true]})", "f");
   const std::vector<Value>& items = read.Find("a")->items();
   EXPECT_EQ(items[0].AsText(), "ü\xf0\x9f\xa6\xbe/");
   EXPECT_EQ(items[1].number(), INFINITY);
@@ -186,9 +192,21 @@ TEST(TextTest, NumbersAreReadAndWrittenInOneWay) {
   EXPECT_EQ(number, 0);
   EXPECT_TRUE(ParseNumber("-1e999", &number));
   EXPECT_EQ(number, -INFINITY);
-  for (const char* none : {"", "+", "1,5", "1.5x", " 1", "0x10"}) EXPECT_FALSE(ParseNumber(none, &number)) << none;
+  for (const char* none : {"", "+", "1,5", "1.5x", " 1", "0x10"})
+    EXPECT_FALSE(ParseNumber(none, &number)) << none;
   EXPECT_EQ(Format("%.2f|%5s|%d", 1.5, "x", 3), "1.50|    x|3");
   EXPECT_EQ(LowerCase("TIJ"), "tij");
+}
+
+TEST(JsonTest, NumbersAreReadAsTheyWereWrittenNegativeZeroToo) {
+  for (const double number :
+       {0.0, -0.0, 1.0, -1.0, 1e15, 1e16, 1e300, -1e-300, 0.1, 5e-324, 9007199254740993.0}) {
+    const std::string text = WriteJson(Value(number), 0);
+    const double again = ParseYaml(text, "written").number();
+    EXPECT_EQ(again, number) << text;
+    EXPECT_EQ(std::signbit(again), std::signbit(number)) << text;
+    EXPECT_EQ(WriteJson(ParseYaml(text, "written"), 0), text);
+  }
 }
 
 }  // namespace
