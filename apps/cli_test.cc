@@ -64,7 +64,8 @@ TEST(CliTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
                               " --json /no/such/a --output /no/such/b --trace " + folder.path().string());
   EXPECT_EQ(plan.exit_code, 2);
   EXPECT_EQ(plan.out, "");
-  EXPECT_THAT(plan.err, HasSubstr("--json: cannot write /no/such/a: its folder: No such file or directory (a path in a writable folder)"));
+  EXPECT_THAT(plan.err, HasSubstr("--json: cannot write /no/such/a: its folder: No such file or directory (a "
+                                  "path in a writable folder)"));
   EXPECT_THAT(plan.err, HasSubstr("--output: cannot write /no/such/b"));
   EXPECT_THAT(plan.err, HasSubstr("it is a folder"));
   const Outcome run = Tether("run " + Scenario("hanoi") + " --snapshots /dev/null/pictures");
@@ -76,7 +77,8 @@ TEST(CliTest, WhatCannotBeWrittenIsSaidBeforeTheWork) {
 TEST(CliTest, NumbersOutOfRangeAreBadInput) {
   const Outcome seed = Tether("plan " + Scenario("stacking") + " --seed -4");
   EXPECT_EQ(seed.exit_code, 2);
-  EXPECT_THAT(seed.err, HasSubstr("--seed: '-4' (a whole number from 0 to 18446744073709551615 is accepted)"));
+  EXPECT_THAT(seed.err,
+              HasSubstr("--seed: '-4' (a whole number from 0 to 18446744073709551615 is accepted)"));
   EXPECT_EQ(Tether("run " + Scenario("stacking") + " --seed -4").exit_code, 2);
   const Outcome candidate = Tether("run " + Scenario("stacking") + " --candidate 0");
   EXPECT_EQ(candidate.exit_code, 2);

@@ -34,6 +34,8 @@ inline Outcome Tether(const std::string& arguments, const std::string& prefix = 
   return outcome;
 }
 
-inline std::string Scenario(const std::string& name) { return "'" + kSource + "/scenarios/" + name + ".yaml'"; }
+inline std::string Scenario(const std::string& name) {
+  return "'" + kSource + "/scenarios/" + name + ".yaml'";
+}
 
 }  // namespace tether

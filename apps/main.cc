@@ -410,11 +410,12 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   return code;
 }
 
-/// A file that is opened must not become standard output because that is closed: what is printed would go into
-/// it. Nothing can be written to what is opened here.
+/// A file that is opened must not become standard output because that is closed: what is printed would go
+/// into it. Nothing can be written to what is opened here.
 void HoldClosedStreams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (fcntl(fd, F_GETFD) == -1 && errno == EBADF) open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    if (fcntl(fd, F_GETFD) == -1 && errno == EBADF)
+      open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
 }
 

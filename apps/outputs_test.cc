@@ -58,11 +58,12 @@ TEST_F(OutputsTest, WhatIsReadIsNotWrittenTo) {
   for (const char* option : {"--json", "--output", "--trace"}) {
     const Outcome outcome = Tether("plan '" + scene + "' " + option + " '" + Path("link.yaml") + "'");
     EXPECT_EQ(outcome.exit_code, 2) << option;
-    EXPECT_THAT(outcome.err, HasSubstr(std::string(option) + ": " + Path("link.yaml") + " is a file that is read"));
+    EXPECT_THAT(outcome.err,
+                HasSubstr(std::string(option) + ": " + Path("link.yaml") + " is a file that is read"));
   }
   EXPECT_EQ(ReadFile(scene), before);
-  const Outcome twice =
-      Tether("plan '" + scene + "' --json '" + Path("o") + "' --output '" + folder_.path().string() + "/./o'");
+  const Outcome twice = Tether("plan '" + scene + "' --json '" + Path("o") + "' --output '" +
+                               folder_.path().string() + "/./o'");
   EXPECT_EQ(twice.exit_code, 2);
   EXPECT_THAT(twice.err, HasSubstr("--json and --output are both"));
   const Outcome both = Tether("run '" + scene + "' --json - --log -");
@@ -71,9 +72,8 @@ TEST_F(OutputsTest, WhatIsReadIsNotWrittenTo) {
 }
 
 TEST_F(OutputsTest, StdoutWriteErrorsIgnored) {
-  for (const std::string command :
-       {"automaton 'F a' --json -", "automaton 'F a'", "automaton 'F a' --hoa", "automaton 'F a' --dot", "--help",
-        "--version", "check --help"}) {
+  for (const std::string command : {"automaton 'F a' --json -", "automaton 'F a'", "automaton 'F a' --hoa",
+                                    "automaton 'F a' --dot", "--help", "--version", "check --help"}) {
     for (const char* redirection : {"> /dev/full", ">&-"}) {
       const Outcome outcome = Tether(command + " " + redirection);
       EXPECT_EQ(outcome.exit_code, 2) << command << redirection;
@@ -89,8 +89,8 @@ TEST_F(OutputsTest, StdoutWriteErrorsIgnored) {
 
 TEST_F(OutputsTest, CampaignOutputDestroysFile) {
   const std::string campaign = "campaign robustness --scenes 1 --kind reach --restarts 1 --output ";
-  for (const std::string text : {"a note without an end", "two lines,\nthe last without an end", "{\"a\": 1}\nx",
-                                 "PNG\r\n\x1a\n", "{\"format\":\"tether.campaign_rec"}) {
+  for (const std::string text : {"a note without an end", "two lines,\nthe last without an end",
+                                 "{\"a\": 1}\nx", "PNG\r\n\x1a\n", "{\"format\":\"tether.campaign_rec"}) {
     WriteFile(Path("notes"), text);
     const Outcome outcome = Tether(campaign + "'" + Path("notes") + "'");
     if (text.starts_with("{\"format")) continue;  // the beginning of a campaign: taken up

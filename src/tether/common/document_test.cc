@@ -112,7 +112,7 @@ TEST(DocumentTest, IntMinInteger) {
     EXPECT_THAT(read(beyond), HasSubstr(std::string("it is '") + beyond +
                                         "' (a whole number from -2147483647 to 2147483647 is accepted"));
   }
-  for (const char* other : {"3.0", "1e3", "0x10", "1_000", "18446744073709551616", "'3'"})
+  for (const char* other : {"3.0", "+-3", "1e3", "0x10", "1_000", "18446744073709551616", "'3'"})
     EXPECT_THAT(read(other), HasSubstr("(a whole number is accepted")) << other;
 }
 
@@ -157,6 +157,10 @@ TEST(DocumentTest, JsonReadsAsItIsWritten) {
   EXPECT_TRUE(items[5].is_null());
   EXPECT_TRUE(items[6].boolean());
   EXPECT_EQ(items[6].where().ToString(), "f:1:70");
+  for (const char* zero : {"[-0.0]", "[-0]", "[-0.]"}) {
+    const Value back = ParseYaml(WriteJson(ParseYaml(zero, "f")), "f");
+    EXPECT_TRUE(std::signbit(back.items()[0].number())) << zero;
+  }
   // What is no strict JSON is YAML: single quotes, comments, a comma at the end.
   EXPECT_EQ(WriteJson(ParseYaml("{'a': [1, 2,], b: x} # yes", "f"), 0), R"({"a":[1,2],"b":"x"})");
 }
@@ -192,7 +196,7 @@ TEST(TextTest, NumbersAreReadAndWrittenInOneWay) {
   EXPECT_EQ(number, 0);
   EXPECT_TRUE(ParseNumber("-1e999", &number));
   EXPECT_EQ(number, -INFINITY);
-  for (const char* none : {"", "+", "1,5", "1.5x", " 1", "0x10"})
+  for (const char* none : {"", "+", "+-1", "1,5", "1.5x", " 1", "0x10"})
     EXPECT_FALSE(ParseNumber(none, &number)) << none;
   EXPECT_EQ(Format("%.2f|%5s|%d", 1.5, "x", 3), "1.50|    x|3");
   EXPECT_EQ(LowerCase("TIJ"), "tij");

@@ -79,8 +79,8 @@ ReadFiles& Read() {
 
 /// Where an output goes.
 struct Destination {
-  int stream = -1;     ///< A descriptor of this process, to be written to; -1: none.
-  std::string path;    ///< Without links in its last part.
+  int stream = -1;   ///< A descriptor of this process, to be written to; -1: none.
+  std::string path;  ///< Without links in its last part.
   bool exists = false;
   struct stat status {};
   std::string problem;  ///< Why there is none.
@@ -147,8 +147,10 @@ std::string RandomName() {
   size_t filled = 0;
   while (filled < bytes.size()) {
     const ssize_t got = getrandom(bytes.data() + filled, bytes.size() - filled, 0);
-    if (got > 0) filled += static_cast<size_t>(got);
-    else if (errno != EINTR) throw InputError("no random numbers: " + Reason(errno));
+    if (got > 0)
+      filled += static_cast<size_t>(got);
+    else if (errno != EINTR)
+      throw InputError("no random numbers: " + Reason(errno));
   }
   std::string name = ".tether-";
   for (const unsigned char byte : bytes) {
@@ -232,7 +234,8 @@ std::string ReadFile(const std::string& path) {
   for (;;) {
     const size_t before = text.size();
     if (before > kMaxFileBytes) {
-      Fail(path, "read", "it is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB", "a smaller file");
+      Fail(path, "read", "it is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB",
+           "a smaller file");
     }
     text.resize(std::max(before + kPiece, std::min(text.capacity(), kMaxFileBytes + 1)));
     const ssize_t got = read(file.get(), text.data() + before, text.size() - before);

@@ -34,7 +34,8 @@ std::string WhyNotWritable(const std::string& path);
 /// Whether two paths lead to the same file, which need not exist yet.
 bool IsSameFile(const std::string& a, const std::string& b);
 
-/// While one lives, regular files are being written: a program that has to end should wait until they are whole.
+/// While one lives, regular files are being written: a program that has to end should wait until they are
+/// whole.
 class WritingScope {
  public:
   WritingScope();

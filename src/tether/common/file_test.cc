@@ -108,7 +108,8 @@ TEST_F(FileTest, OwnDescriptorsAreWrittenTo) {
 TEST_F(FileTest, OutputPartFollowsSymlink) {
   const std::string victim = Path("victim"), path = Path("o.json");
   WriteFile(victim, "precious");
-  for (const char* name : {"o.json.part", "o.json.tmp", ".o.json", "o.json~"}) fs::create_symlink("victim", Path(name));
+  for (const char* name : {"o.json.part", "o.json.tmp", ".o.json", "o.json~"})
+    fs::create_symlink("victim", Path(name));
   WriteFile(path, "new");
   EXPECT_EQ(ReadFile(victim), "precious");
   EXPECT_FALSE(fs::is_symlink(path));

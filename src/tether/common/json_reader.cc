@@ -49,7 +49,8 @@ class JsonReader {
     if (Sees('"')) return ReadString();
     const Location where = Here();
     const size_t begin = at_;
-    while (at_ < text_.size() && std::string_view(",]}: \t\r\n\"[{").find(text_[at_]) == std::string_view::npos)
+    while (at_ < text_.size() &&
+           std::string_view(",]}: \t\r\n\"[{").find(text_[at_]) == std::string_view::npos)
       ++at_;
     const std::string_view word = text_.substr(begin, at_ - begin);
     if (word != "null" && word != "true" && word != "false" && !IsNumber(word)) return false;

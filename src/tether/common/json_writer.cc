@@ -14,9 +14,7 @@ void AppendWhole(const Value& value, std::string& out) {
 
 void AppendNumber(double value, std::string& out) {
   char buffer[32];
-  if (value == 0 && std::signbit(value)) {
-    out += "-0.0";  // "-0" is a whole number, which has no sign when it is zero
-  } else if (std::isfinite(value)) {
+  if (std::isfinite(value)) {
     out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
   } else {
     out += "null";

@@ -113,9 +113,9 @@ double ReadPositive(const Value& value, const std::string& what, Diagnostics& di
   const bool above_zero = IsFinite(value) && value.number() > 0;
   if (above_zero && value.number() >= kSmallestPositive && value.number() <= kGreatestNumber)
     return value.number();
-  diagnostics.Add(value.where(), what + " is " + Shown(value),
-                  above_zero ? "a number from 1e-9 to 1e9 is accepted"
-                             : "a finite number above zero is accepted");
+  diagnostics.Add(
+      value.where(), what + " is " + Shown(value),
+      above_zero ? "a number from 1e-9 to 1e9 is accepted" : "a finite number above zero is accepted");
   return fallback;
 }
 
@@ -123,9 +123,9 @@ double ReadLength(const Value& value, const std::string& what, Diagnostics& diag
   const bool above_zero = IsFinite(value) && value.number() > 0;
   if (above_zero && value.number() >= kSmallestLength && value.number() <= kGreatestLength)
     return value.number();
-  diagnostics.Add(value.where(), what + " is " + Shown(value),
-                  above_zero ? "a length from 0.1 mm to 10 km is accepted"
-                             : "a finite number above zero is accepted");
+  diagnostics.Add(
+      value.where(), what + " is " + Shown(value),
+      above_zero ? "a length from 0.1 mm to 10 km is accepted" : "a finite number above zero is accepted");
   return fallback;
 }
 
@@ -134,9 +134,9 @@ int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagno
   if (value.is_integer() && value.integer() >= -kMost && value.integer() <= kMost)
     return static_cast<int>(value.integer());
   const bool whole = value.is_integer() || value.natural();
-  diagnostics.Add(value.where(), what + " is " + Shown(value),
-                  whole ? "a whole number from -2147483647 to 2147483647 is accepted"
-                        : "a whole number is accepted");
+  diagnostics.Add(
+      value.where(), what + " is " + Shown(value),
+      whole ? "a whole number from -2147483647 to 2147483647 is accepted" : "a whole number is accepted");
   return fallback;
 }
 

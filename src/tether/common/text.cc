@@ -38,6 +38,7 @@ int FormatInto(char* buffer, size_t size, const char* format, ...) {
 }
 
 bool ParseNumber(std::string_view text, double* number) {
+  if (text.starts_with("+-")) return false;
   if (text.starts_with('+')) text.remove_prefix(1);
   double read = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), read);

@@ -129,11 +129,12 @@ Value Value::FromText(std::string text) {
     value.number_ = word == "true" ? 1 : 0;
     return value;
   }
-  const char* begin = word.data() + (word.starts_with("+") ? 1 : 0);
+  const char* begin = word.data() + (word.starts_with("+") && !word.starts_with("+-") ? 1 : 0);
   const char* end = word.data() + word.size();
   uint64_t natural = 0;
+  // "-0" is a double's zero: an integer has no sign to keep.
   if (const auto result = std::from_chars(begin, end, value.integer_);
-      result.ec == std::errc() && result.ptr == end) {
+      result.ec == std::errc() && result.ptr == end && !(value.integer_ == 0 && word.starts_with("-"))) {
     value.kind_ = Kind::kNumber;
     value.whole_ = Whole::kSigned;
     value.number_ = static_cast<double>(value.integer_);

@@ -40,7 +40,8 @@ class Value {
   Value(std::string_view value);        // NOLINT
   Value(const char* value);             // NOLINT
   Value(const Eigen::VectorXd& value);  // NOLINT
-  /// What an unquoted scalar of YAML or a literal of JSON means: true, false, a number, else text. Keeps `text`.
+  /// What an unquoted scalar of YAML or a literal of JSON means: true, false, a number, else text. Keeps
+  /// `text`.
   static Value FromText(std::string text);
   static Value Array() { return Value(Kind::kArray); }
   static Value Object() { return Value(Kind::kObject); }
@@ -100,8 +101,8 @@ struct Value::Member {
 
 /// Bounds of a document. Beyond them it is refused: a few hundred bytes of aliases within aliases would
 /// otherwise fill any memory.
-inline constexpr int kMaxDepth = 200;               ///< Lists and maps within each other.
-inline constexpr size_t kMaxValues = 4'000'000;     ///< All together.
+inline constexpr int kMaxDepth = 200;                 ///< Lists and maps within each other.
+inline constexpr size_t kMaxValues = 4'000'000;       ///< All together.
 inline constexpr size_t kMaxAliasedValues = 100'000;  ///< Of those, what anchors and aliases add.
 
 /// Parses YAML (JSON is a part of it): one document, in UTF-8. `file` names the text in errors. Throws

@@ -53,7 +53,8 @@ void ValueBuilder::Add(Value scalar, Anchor anchor) {
 void ValueBuilder::Alias(Anchor anchor, const Location& where) {
   const auto found = anchored_.find(anchor);
   // An anchor is known to the parser, and here only once its value is complete.
-  if (found == anchored_.end()) Fail(where, "an alias inside its own anchor", "an alias after its anchor's value");
+  if (found == anchored_.end())
+    Fail(where, "an alias inside its own anchor", "an alias after its anchor's value");
   const Anchored& earlier = found->second;
   if (ExpectsKey()) {
     SetKey(earlier.value);
@@ -62,9 +63,10 @@ void ValueBuilder::Alias(Anchor anchor, const Location& where) {
   CountAliased(earlier.count, where);
   Count(earlier.count, where);
   if (static_cast<int>(frames_.size()) + earlier.depth > kMaxDepth) {
-    Fail(where,
-         "with this alias, lists and maps lie deeper than " + std::to_string(kMaxDepth) + " within each other",
-         "a flatter document");
+    Fail(
+        where,
+        "with this alias, lists and maps lie deeper than " + std::to_string(kMaxDepth) + " within each other",
+        "a flatter document");
   }
   Put(earlier.value, earlier.count, earlier.depth);
 }

@@ -75,10 +75,10 @@ void RequireText(std::string_view text, const std::string& file) {
     const size_t length = control ? 0 : Utf8Length(text.substr(i));
     if (length == 0) {
       constexpr const char* kDigits = "0123456789abcdef";
-      throw InputError({{Location{file, line, static_cast<int>(i - line_begin) + 1},
-                         std::string("the byte 0x") + kDigits[first >> 4] + kDigits[first & 15] +
-                             " is no part of a text",
-                         "text in UTF-8"}});
+      throw InputError(
+          {{Location{file, line, static_cast<int>(i - line_begin) + 1},
+            std::string("the byte 0x") + kDigits[first >> 4] + kDigits[first & 15] + " is no part of a text",
+            "text in UTF-8"}});
     }
     if (text[i] == '\n') {
       ++line;

@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "tether/constraints/grasp.h"
 #include "tether/common/text.h"
+#include "tether/constraints/grasp.h"
 #include "tether/constraints/half_space_rows.h"
 #include "tether/constraints/kinds.h"
 #include "tether/constraints/opposite_sides.h"
@@ -229,7 +229,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
       return sink.Refute("no two sides of " + object + " face each other across the fingers' approach");
     char text[160];
     FormatInto(text, sizeof text, "%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm",
-                  object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
+               object.c_str(), 100 * smallest, 100 * (MaxOpening(context) - kOpeningSlack));
     return sink.Refute(text);
   }
   const Part& part = shape->parts[static_cast<size_t>(grasp->part)];
@@ -347,8 +347,7 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
         if (approaches.size() > 1) {
           char text[80];
           const Vector3d along_P = part.X_SP.R.transpose() * approach_O;
-          FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(),
-                        along_P.z());
+          FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(), along_P.z());
           grasp.label += text;
         }
         grasp.score = ScoreGrasp(context, object, part, grasp);

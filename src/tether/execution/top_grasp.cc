@@ -83,9 +83,8 @@ std::optional<TopGrasp> FindTopGrasp(const robot::Model& model, const geometry::
   }
   if (!best && reason != nullptr) {
     char text[160];
-    FormatInto(text, sizeof text,
-                  "it is %.1f cm wide where it is narrowest, and the gripper takes %.1f cm", 100 * narrowest,
-                  100 * std::min(gripper.max_width, gripper.max_opening - 0.005));
+    FormatInto(text, sizeof text, "it is %.1f cm wide where it is narrowest, and the gripper takes %.1f cm",
+               100 * narrowest, 100 * std::min(gripper.max_width, gripper.max_opening - 0.005));
     *reason = std::isfinite(narrowest) ? text : "it has no pair of faces that fingers could close on";
   }
   return best;

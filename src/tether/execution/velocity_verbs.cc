@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tether/constraints/field_function.h"
 #include "tether/common/text.h"
+#include "tether/constraints/field_function.h"
 #include "tether/control/objective.h"
 #include "tether/execution/top_grasp.h"
 #include "tether/execution/velocity_executive_impl.h"

@@ -57,16 +57,19 @@ TEST_F(BadInputTest, NegativeCapacitySegfault) {
                                                std::string("heat: {disc: 0.06, capacity: ") + capacity));
     EXPECT_THAT(error, HasSubstr("'capacity' of region 'heat' is")) << capacity;
   }
-  EXPECT_THAT(ErrorOf(Replaced(scene, "dwell: 5", "dwell: -5")), HasSubstr("'dwell' of region 'person_1' is negative"));
-  EXPECT_THAT(ErrorOf(Replaced(scene, "disc: 0.06", "disc: -0.06")), HasSubstr("'disc' of region 'person_1' is '-0.06'"));
+  EXPECT_THAT(ErrorOf(Replaced(scene, "dwell: 5", "dwell: -5")),
+              HasSubstr("'dwell' of region 'person_1' is negative"));
+  EXPECT_THAT(ErrorOf(Replaced(scene, "disc: 0.06", "disc: -0.06")),
+              HasSubstr("'disc' of region 'person_1' is '-0.06'"));
 }
 
 TEST_F(BadInputTest, LargeCapacityHang) {
   const std::string scene = Text("scenarios/assistive.yaml");
   // As many places as there are objects, or more, are one and the same.
   const auto atoms = [&](const std::string& capacity) {
-    const Scenario scenario = LoadScenario(
-        Write("s.yaml", Replaced(scene, "heat: {disc: 0.06, capacity: 1", "heat: {disc: 0.06, capacity: " + capacity)));
+    const Scenario scenario =
+        LoadScenario(Write("s.yaml", Replaced(scene, "heat: {disc: 0.06, capacity: 1",
+                                              "heat: {disc: 0.06, capacity: " + capacity)));
     return MakeTask(scenario)->atoms().size();
   };
   EXPECT_EQ(atoms("2147483647"), atoms("4"));
@@ -94,27 +97,35 @@ TEST_F(BadInputTest, ShiftEndlessWay) {
 
 TEST_F(BadInputTest, HugeCylinderEndlessDistance) {
   const std::string robot = Text("models/robots/panda.yaml"), mjcf = Text("models/robots/panda.xml");
-  const std::string scene = Replaced(Text("scenarios/workspace_reach.yaml"), "model: panda", "model: ./robot/panda.yaml");
+  const std::string scene =
+      Replaced(Text("scenarios/workspace_reach.yaml"), "model: panda", "model: ./robot/panda.yaml");
   const std::string place = "size=\"0.045\" fromto=\"0 0 0.02 0 0 0.107\"";
   Write("robot/panda.yaml", robot);
-  for (const char* bent : {"size=\"1e308\" fromto=\"0 0 0.02 0 0 0.107\"", "size=\"10001\" fromto=\"0 0 0.02 0 0 0.107\"",
-                           "size=\"0.045\" fromto=\"0 0 0.02 0 0 1e6\""}) {
+  for (const char* bent :
+       {"size=\"1e308\" fromto=\"0 0 0.02 0 0 0.107\"", "size=\"10001\" fromto=\"0 0 0.02 0 0 0.107\"",
+        "size=\"0.045\" fromto=\"0 0 0.02 0 0 1e6\""}) {
     Write("robot/panda.xml", Replaced(mjcf, place, bent));
     EXPECT_THAT(ErrorOf(scene), HasSubstr("is beyond 10 km (lengths of a robot, m")) << bent;
   }
   // Shapes of the scene, and where they are.
-  const std::string shapes = Text("scenarios/hanoi.yaml");
-  for (const char* shape : {"{cylinder: {radius: 1e308, length: 1}}", "{cylinder: {radius: 1, length: 10001}}",
-                            "{sphere: 1e300}", "{capsule: {radius: 1e-300, length: 1}}"}) {
-    EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", std::string("objects:\n  big: {shape: ") + shape + "}\n")),
-                HasSubstr("a length from 0.1 mm to 10 km is accepted"))
+  std::string shapes = Text("scenarios/hanoi.yaml");
+  shapes.replace(shapes.find("objects:"), shapes.find('\n', shapes.find("objects:")) - shapes.find("objects:"),
+                 "objects:");
+  for (const char* shape :
+       {"{cylinder: {radius: 1e308, length: 1}}", "{cylinder: {radius: 1, length: 10001}}", "{sphere: 1e300}",
+        "{capsule: {radius: 1e-300, length: 1}}"}) {
+    EXPECT_THAT(
+        ErrorOf(Replaced(shapes, "objects:\n", std::string("objects:\n  big: {shape: ") + shape + "}\n")),
+        HasSubstr("a length from 0.1 mm to 10 km is accepted"))
         << shape;
   }
   EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  thin: {shape: {box: [1, 1e-300, 1]}}\n")),
               HasSubstr("box of object 'thin' has the size 1e-300 (full side lengths from 0.1 mm, m"));
-  EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  light: {shape: {sphere: 1}, mass: 1e-9}\n")),
-              HasSubstr("'mass' of object 'light' is 1e-9 kg (a mass from 1 mg"));
-  EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  far: {shape: {sphere: 1}, pose: {position: [0, 1e9, 0]}}\n")),
+  EXPECT_THAT(
+      ErrorOf(Replaced(shapes, "objects:\n", "objects:\n  light: {shape: {sphere: 1}, mass: 1e-9}\n")),
+      HasSubstr("'mass' of object 'light' is 1e-9 kg (a mass from 1 mg"));
+  EXPECT_THAT(ErrorOf(Replaced(shapes, "objects:\n",
+                               "objects:\n  far: {shape: {sphere: 1}, pose: {position: [0, 1e9, 0]}}\n")),
               HasSubstr("numbers from -10000 to 10000 (m or rad) are accepted"));
 }
 
@@ -145,7 +156,8 @@ TEST_F(BadInputTest, CheckQuadraticObjects) {
     block.name = "block_" + std::to_string(i);
     block.shape = geometry::Shape(geometry::Box{Eigen::Vector3d(0.01, 0.01, 0.01)});
     block.mass = 0.01;
-    block.X_ParentObject.p = Eigen::Vector3d(3 + 0.02 * (i % 20), 0.02 * (i / 20), 0.005 + (i == 7 ? 0.05 : 0));
+    block.X_ParentObject.p =
+        Eigen::Vector3d(3 + 0.02 * (i % 20), 0.02 * (i / 20), 0.005 + (i == 7 ? 0.05 : 0));
     if (i == 31) block.X_ParentObject.p.x() -= 0.015;
     scenario.scene.objects.push_back(block);
   }
@@ -155,14 +167,17 @@ TEST_F(BadInputTest, CheckQuadraticObjects) {
   floor.X_ParentObject.p = Eigen::Vector3d(3, 0, -0.05);
   scenario.scene.objects.push_back(floor);
   EXPECT_THAT(CheckGeometry(scenario),
-              ::testing::ElementsAre(HasSubstr("objects 'block_30' and 'block_31' overlap by 5.0 mm"),
-                                     HasSubstr("object 'block_7' rests on nothing: it is 50.0 mm from 'floor' below it")));
+              ::testing::ElementsAre(
+                  HasSubstr("objects 'block_30' and 'block_31' overlap by 5.0 mm"),
+                  HasSubstr("object 'block_7' rests on nothing: it is 50.0 mm from 'floor' below it")));
 }
 
 TEST_F(BadInputTest, CheckAcceptsWhatRunRefuses) {
-  const std::string scene = Replaced(Text("scenarios/workspace_reach.yaml"), "model: panda", "model: ./robot/panda.yaml");
+  const std::string scene =
+      Replaced(Text("scenarios/workspace_reach.yaml"), "model: panda", "model: ./robot/panda.yaml");
   Write("robot/panda.yaml", Text("models/robots/panda.yaml"));
-  Write("robot/panda.xml", Replaced(Text("models/robots/panda.xml"), "<worldbody>", "<include file=\"more.xml\"/><worldbody>"));
+  Write("robot/panda.xml",
+        Replaced(Text("models/robots/panda.xml"), "<worldbody>", "<include file=\"more.xml\"/><worldbody>"));
   Write("robot/more.xml", "<mujoco><size nuser_geom=\"1\"/></mujoco>");
   for (const char* folder : {"domain.pddl", "problem.pddl"})
     Write(std::string("workspace_reach/") + folder, Text(std::string("scenarios/workspace_reach/") + folder));
@@ -203,9 +218,11 @@ TEST_F(BadInputTest, RecordsAreOneWritersAtATime) {
 }
 
 TEST_F(BadInputTest, LogsOfAnyNumbersAreDrawn) {
-  for (const char* numbers : {"1e308, -1e308", "1e9, 1000000000.0000001", "0, null", "1e-300, 2e-300", "5e8, 5e8"}) {
+  for (const char* numbers :
+       {"1e308, -1e308", "1e9, 1000000000.0000001", "0, null", "1e-300, 2e-300", "5e8, 5e8"}) {
     const std::string log = std::string("format: tether.log/1\ntime_s: [") + numbers +
-                            "]\nseries: [{name: a, unit: m, panel: p, lower: 0, upper: 0, values: [" + numbers + "]}]\n";
+                            "]\nseries: [{name: a, unit: m, panel: p, lower: 0, upper: 0, values: [" +
+                            numbers + "]}]\n";
     try {
       EXPECT_THAT(DrawRunLog(ReadRunLog(ParseYaml(log, "log"))), HasSubstr("</svg>")) << numbers;
     } catch (const InputError& error) {

@@ -1,9 +1,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tether/experiment/bench_control.h"
 #include "tether/common/file.h"
 #include "tether/common/text.h"
+#include "tether/experiment/bench_control.h"
 #include "tether/experiment/bench_planning.h"
 #include "tether/experiment/bench_task.h"
 #include "tether/experiment/bench_tick.h"
@@ -183,7 +183,8 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
   refuse(arguments.no_robot, "--no-robot");
   constexpr int kMostTicks = 10'000'000;
   if (arguments.ticks && *arguments.ticks > kMostTicks)
-    diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks), "up to " + std::to_string(kMostTicks));
+    diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks),
+                    "up to " + std::to_string(kMostTicks));
   if (arguments.name != "control" && arguments.ticks) {
     diagnostics.Add({}, "--ticks says nothing to benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");

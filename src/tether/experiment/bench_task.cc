@@ -208,8 +208,8 @@ std::string TaskRowText(const TaskRow& row) {
     const std::string cost =
         search.cost ? std::to_string(static_cast<int>(std::lround(*search.cost))) + " actions" : "gave up";
     FormatInto(line, sizeof line, "\n  %-18s %-11s %9llu expanded %10llu generated %10.1f ms",
-                  search.algorithm.c_str(), cost.c_str(), static_cast<unsigned long long>(search.expanded),
-                  static_cast<unsigned long long>(search.generated), 1e3 * search.seconds);
+               search.algorithm.c_str(), cost.c_str(), static_cast<unsigned long long>(search.expanded),
+               static_cast<unsigned long long>(search.generated), 1e3 * search.seconds);
     text += line;
   }
   return text;

@@ -46,7 +46,8 @@ std::vector<size_t> BoxTree::Meeting(const geometry::Aabb& box) const {
     const size_t at = open.back();
     open.pop_back();
     const Node& node = nodes_[at];
-    if ((node.box.lower.array() > box.upper.array()).any() || (node.box.upper.array() < box.lower.array()).any())
+    if ((node.box.lower.array() > box.upper.array()).any() ||
+        (node.box.upper.array() < box.lower.array()).any())
       continue;
     if (node.right == 0) {
       found.push_back(node.index);

@@ -150,7 +150,8 @@ void CampaignOptions::Validate() const {
     diagnostics.Add({}, "--no-robot says nothing to campaign '" + name + "'",
                     "it plans without the arm anyway");
   if (scenes && (*scenes < 1 || *scenes > kMostScenes))
-    diagnostics.Add({}, "--scenes is " + std::to_string(*scenes), *scenes < 1 ? "1 or more" : "up to 1000000");
+    diagnostics.Add({}, "--scenes is " + std::to_string(*scenes),
+                    *scenes < 1 ? "1 or more" : "up to 1000000");
   if (restarts < 1) diagnostics.Add({}, "--restarts is " + std::to_string(restarts), "1 or more");
   if (seed > static_cast<uint64_t>(INT64_MAX) / 2)
     diagnostics.Add({}, "--seed is " + std::to_string(seed), "up to 2^62");

@@ -3,8 +3,8 @@
 #include <limits>
 #include <map>
 
-#include "tether/experiment/campaign.h"
 #include "tether/common/text.h"
+#include "tether/experiment/campaign.h"
 #include "tether/experiment/campaign_control.h"
 #include "tether/experiment/campaign_execution.h"
 #include "tether/experiment/plan_output.h"
@@ -252,11 +252,11 @@ std::string GrowthText(const Value& row) {
       "object (us)\n";
   for (const Value& size : row.Find("sizes")->items()) {
     char line[200];
-    FormatInto(
-        line, sizeof line, "  %6s  %5s  %6s  %18.1f  %21.1f  %15.1f  %21.1f\n", Text(size, "blocks").c_str(),
-        Text(size, "steps").c_str(), (Text(size, "solved") + "/" + Text(size, "scenes")).c_str(),
-        1e3 * Number(size, "optimize_cpu_s"), 1e6 * Number(size, "per_candidate_step_and_object_s"),
-        1e3 * Number(size, "one_solve_cpu_s"), 1e6 * Number(size, "one_solve_per_step_and_object_s"));
+    FormatInto(line, sizeof line, "  %6s  %5s  %6s  %18.1f  %21.1f  %15.1f  %21.1f\n",
+               Text(size, "blocks").c_str(), Text(size, "steps").c_str(),
+               (Text(size, "solved") + "/" + Text(size, "scenes")).c_str(),
+               1e3 * Number(size, "optimize_cpu_s"), 1e6 * Number(size, "per_candidate_step_and_object_s"),
+               1e3 * Number(size, "one_solve_cpu_s"), 1e6 * Number(size, "one_solve_per_step_and_object_s"));
     text += line;
   }
   return text + "  largest over smallest per step, object and candidate: " + Fixed(Number(row, "factor"), 2) +

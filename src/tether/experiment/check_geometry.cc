@@ -29,8 +29,7 @@ class GeometryCheck {
     }
     boxes_ = BoxTree(bounds_);
     if (scenario_.problem == nullptr) return;
-    for (const symbolic::TypedName& object : scenario_.problem->objects)
-      pddl_objects_[object.name] = &object;
+    for (const symbolic::TypedName& object : scenario_.problem->objects) pddl_objects_[object.name] = &object;
   }
 
   std::vector<std::string> Run() {

@@ -30,7 +30,7 @@ geometry::Hull Build(const std::vector<Eigen::Vector3d>& points, const Location&
   if (made.left_out > kLeftOut * made.hull->polytope->radius) {
     char text[80];
     FormatInto(text, sizeof text, "; with %d it is up to %.2g m too small", geometry::kMaxHullVertices,
-                  made.left_out);
+               made.left_out);
     diagnostics.Add(where, what + " has too many corners" + text,
                     "a hull that " + std::to_string(geometry::kMaxHullVertices) +
                         " corners describe to 1 % of its extent");

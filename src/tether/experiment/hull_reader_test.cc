@@ -84,8 +84,9 @@ TEST(HullReaderTest, BadMeshesAreExplained) {
     WriteFile(folder.File(name), text);
     return MistakesOf("{mesh: " + name + "}", folder);
   };
-  EXPECT_THAT(MistakesOf("{mesh: nowhere.obj}", folder),
-              testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("nowhere.obj"), HasSubstr("cannot read this file")));
+  EXPECT_THAT(
+      MistakesOf("{mesh: nowhere.obj}", folder),
+      testing::AllOf(HasSubstr("s.yaml:1:"), HasSubstr("nowhere.obj"), HasSubstr("cannot read this file")));
   EXPECT_THAT(MistakesOf("{mesh: cube.dae}", folder), HasSubstr("ends with .obj or .stl"));
   EXPECT_THAT(with("empty.obj", "v 0 0 0\n"), HasSubstr("no triangles"));
   EXPECT_THAT(with("bad.obj", "v 0 0 0\nv 1 x 0\n"), HasSubstr("bad.obj:2:1: 'v 1 x 0' is not a point"));

@@ -21,8 +21,8 @@ void Outputs::Require(const std::vector<std::string>& inputs) const {
     }
     for (size_t j = 0; j < i; ++j) {
       const Output& other = outputs_[j];
-      const bool same = stream || other.path == "-" ? output.path == other.path
-                                                    : IsSameFile(output.path, other.path);
+      const bool same =
+          stream || other.path == "-" ? output.path == other.path : IsSameFile(output.path, other.path);
       if (same)
         diagnostics.Add({}, other.option + " and " + output.option + " are both " + output.path,
                         "another file for each");

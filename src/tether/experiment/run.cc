@@ -240,7 +240,7 @@ class Run {
       const Eigen::Vector3d w = math::LogSO3(X.R);
       char text[200];
       FormatInto(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad",
-                    object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
+                 object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
       LogDebug(text);
     }
   }

@@ -53,10 +53,10 @@ double ReadBound(ObjectReader& reader, std::string_view key, double fallback, co
                  double most = kGreatestNumber) {
   const double number = reader.Number(key, fallback);
   if (number > most) {
-    reader.diagnostics().Add(reader.value().Find(key)->where(),
-                             "'" + std::string(key) + "' of " + reader.what() + " is " +
-                                 reader.value().Find(key)->AsText(),
-                             "at most " + Value(most).AsText());
+    reader.diagnostics().Add(
+        reader.value().Find(key)->where(),
+        "'" + std::string(key) + "' of " + reader.what() + " is " + reader.value().Find(key)->AsText(),
+        "at most " + Value(most).AsText());
     return fallback;
   }
   if (number >= 0) return number;

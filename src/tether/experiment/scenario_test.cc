@@ -208,7 +208,7 @@ perturb: {position: -0.1}
 events:
 - {when: {time: -1}, move: {object: a, by: [1, 0, 0], over: 0}}
 )");
-  EXPECT_THAT(errors, HasSubstr("s.yaml:2:7: 'seed' of the scenario is -1"));
+  EXPECT_THAT(errors, HasSubstr("s.yaml:2:7: 'seed' of the scenario is '-1'"));
   EXPECT_THAT(errors,
               HasSubstr("'q' of robot 'panda' is a list of 3 (a list of 7 finite numbers is accepted)"));
   EXPECT_THAT(errors, HasSubstr("s.yaml:5:26: box of object 'a' has the size -0.3"));

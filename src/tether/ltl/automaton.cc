@@ -113,8 +113,7 @@ std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>&
     for (const Cube& cube : cubes) count += cube.literals.size();
     return count;
   };
-  const bool sum =
-      edge.has_guard && (!edge.has_clauses || literals(edge.guard) <= literals(edge.clauses));
+  const bool sum = edge.has_guard && (!edge.has_clauses || literals(edge.guard) <= literals(edge.clauses));
   const std::vector<Cube>& terms = sum ? edge.guard : edge.clauses;
   std::string text;
   for (const Cube& term : terms) {

@@ -65,9 +65,7 @@ size_t WordLength(std::string_view text) {
   return length;
 }
 
-bool EqualsIgnoringCase(std::string_view a, std::string_view b) {
-  return LowerCase(a) == b;
-}
+bool EqualsIgnoringCase(std::string_view a, std::string_view b) { return LowerCase(a) == b; }
 
 /// One character of UTF-8, or one byte if it is none.
 size_t CharacterLength(std::string_view text) {

@@ -81,7 +81,8 @@ std::string WriteHoa(const Automaton& automaton, const std::string& name, Semant
       text += "State: " + std::to_string(state) + (automaton.IsAccepting(state) ? " {0}\n" : "\n");
     }
     PollLimits();
-    text += "[" + (edge.has_guard ? HoaLabel(edge.guard) : HoaClauses(edge.clauses)) + "] " + std::to_string(edge.to) + "\n";
+    text += "[" + (edge.has_guard ? HoaLabel(edge.guard) : HoaClauses(edge.clauses)) + "] " +
+            std::to_string(edge.to) + "\n";
   }
   return text + "--END--\n";
 }

@@ -61,10 +61,10 @@ ReachVerb ParseReach(const Value& value, Diagnostics& diagnostics) {
   }
   verb.above = reader.Number("above", verb.above);
   if (verb.above < 0 || verb.above > kGreatestLength) {
-    diagnostics.Add(value.Find("above")->where(),
-                    "'above' of verb 'reach' is " +
-                        (verb.above < 0 ? "negative" : value.Find("above")->AsText() + " m"),
-                    verb.above < 0 ? "a height in m, zero or more" : "a height of at most 10000 m");
+    diagnostics.Add(
+        value.Find("above")->where(),
+        "'above' of verb 'reach' is " + (verb.above < 0 ? "negative" : value.Find("above")->AsText() + " m"),
+        verb.above < 0 ? "a height in m, zero or more" : "a height of at most 10000 m");
     verb.above = 0;
   }
   verb.objective = reader.Text("objective", "");

@@ -238,7 +238,7 @@ class WayChecker {
         if (distance >= -kTouch) continue;
         char text[160];
         FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", solids[i].c_str(), -100 * distance,
-                      solids[j].c_str());
+                   solids[j].c_str());
         return text;
       }
     }

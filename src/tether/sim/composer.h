@@ -19,7 +19,8 @@ struct Composition {
   /// Fixed objects that move on rails: bodies with the inertia of a mountain, whose position and velocity are
   /// set.
   std::set<std::string> driven;
-  bool contacts = true;  ///< Room for as many contacts as there may be; otherwise for none, which is compiled fast.
+  bool contacts =
+      true;  ///< Room for as many contacts as there may be; otherwise for none, which is compiled fast.
 };
 
 /// The body and the joint (if it has one) of an object, and the body of a robot's base, in the composed MJCF.

@@ -17,8 +17,8 @@ struct WorldOptions {
 };
 
 /// Throws InputError for a scene that can't be simulated, as World does, but without the memory and the time
-/// that a World takes: only what may be refused is tried, which shipped robots and plain shapes are not. `X_WO`
-/// holds the initial poses of all objects.
+/// that a World takes: only what may be refused is tried, which shipped robots and plain shapes are not.
+/// `X_WO` holds the initial poses of all objects.
 void RequireSimulable(const scene::Scene& scene,
                       const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
                       const std::map<std::string, math::Pose>& X_WO);

@@ -90,8 +90,7 @@ void RequireRobots(const scene::Scene& scene,
       if (q >= arm.lower()[i] - 1e-6 && q <= arm.upper()[i] + 1e-6) continue;
       diagnostics.Add(
           {}, "robot '" + robot.name + "' has " + arm.joint_names()[i] + " at " + Format("%f", q) + " rad",
-          "from " + Format("%f to %f", arm.lower()[i], arm.upper()[i]) +
-              " is accepted");
+          "from " + Format("%f to %f", arm.lower()[i], arm.upper()[i]) + " is accepted");
     }
   }
   diagnostics.ThrowIfAny();
