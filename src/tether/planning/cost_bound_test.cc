@@ -156,8 +156,6 @@ TEST(PlannerTest, GivingUpOnFirstActionsSkipsTheirContinuations) {
 
 TEST(PlannerTest, WhatWasGivenUpIsNeitherProvedNorAll) {
   Problem problem = CarryProblem(0.12, 0.35, 0.65);
-  // The block can't be had, though nothing proves it, and there is nothing else to do.
-  problem.scene.objects[0].X_ParentObject.p = Vector3d(1.5, 0, 0.02);
   problem.search.max_actions = 0;
   const auto task = symbolic::Task::Ground(symbolic::ParseProblem(
       "(define (problem have) (:domain fetch) (:objects block) (:init (free)) (:goal (held block)))",
@@ -165,12 +163,27 @@ TEST(PlannerTest, WhatWasGivenUpIsNeitherProvedNorAll) {
       symbolic::ParseDomain("(define (domain fetch) (:predicates (held ?a) (free))"
                             " (:action pick :parameters (?a) :precondition (free) :effect (held ?a)))",
                             "domain")));
-  const PlanReport report = PlanTask(problem, *task);
-  ASSERT_EQ(report.candidates.size(), 1u);
-  EXPECT_EQ(report.candidates[0].status, CandidateStatus::kGaveUp);
-  EXPECT_EQ(report.status, PlanStatus::kGaveUp) << report.message;
-  EXPECT_FALSE(report.complete) << "what begins like it was not looked at";
-  EXPECT_THAT(report.message, HasSubstr("no candidate has feasible key poses"));
+  // From where the block can be had to where it is proved that it can't: between them nothing is proved, and
+  // there is nothing else to do.
+  int given_up = 0, proved = 0;
+  for (double x = 0.75; x < 1; x += 0.005) {
+    problem.scene.objects[0].X_ParentObject.p = Vector3d(x, 0, 0.02);
+    const PlanReport report = PlanTask(problem, *task);
+    ASSERT_EQ(report.candidates.size(), 1u);
+    const CandidateStatus status = report.candidates[0].status;
+    if (status == CandidateStatus::kInfeasible) {
+      ++proved;
+      EXPECT_EQ(report.status, PlanStatus::kImpossible) << x;
+      EXPECT_TRUE(report.complete) << x;
+    }
+    if (status != CandidateStatus::kGaveUp) continue;
+    ++given_up;
+    EXPECT_EQ(report.status, PlanStatus::kGaveUp) << x << ": " << report.message;
+    EXPECT_FALSE(report.complete) << x << ": what begins like it was not looked at";
+    EXPECT_THAT(report.message, HasSubstr("no candidate has feasible key poses")) << x;
+  }
+  EXPECT_GE(given_up, 1);
+  EXPECT_GE(proved, 1);
 }
 
 }  // namespace
