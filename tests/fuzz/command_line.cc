@@ -19,11 +19,8 @@
 #include "mutate.h"
 #include "targets.h"
 #include "tether/common/error.h"
-#include "tether/experiment/commands.h"
-#if __has_include("tether/common/limits.h")
 #include "tether/common/limits.h"
-#define TETHER_HAS_LIMITS
-#endif
+#include "tether/experiment/commands.h"
 
 namespace {
 
@@ -58,12 +55,10 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
   itimerval timer{};
   timer.it_value.tv_sec = 1;
   setitimer(ITIMER_PROF, &timer, nullptr);
-#ifdef TETHER_HAS_LIMITS
   tether::Limits limits;
   limits.interrupted = &stop;
   limits.memory = tether::kDefaultMemoryLimit / 2;
   const tether::LimitsScope scope(limits);
-#endif
   try {
     if (command == "check") return experiment::CheckCommand({{scenario}});
     if (command == "plan") {
@@ -80,11 +75,9 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
     return experiment::kExitBadInput;
   } catch (const std::bad_alloc&) {
     return experiment::kExitGaveUp;
-#ifdef TETHER_HAS_LIMITS
   } catch (const tether::LimitReached& reached) {
     return reached.limit() == tether::Limit::kInterrupted ? experiment::kExitInterrupted
                                                           : experiment::kExitGaveUp;
-#endif
   } catch (const std::exception&) {
     return experiment::kExitInternal;
   }

@@ -202,5 +202,16 @@ TEST(TextTest, NumbersAreReadAndWrittenInOneWay) {
   EXPECT_EQ(LowerCase("TIJ"), "tij");
 }
 
+TEST(JsonTest, NumbersAreReadAsTheyWereWrittenNegativeZeroToo) {
+  for (const double number :
+       {0.0, -0.0, 1.0, -1.0, 1e15, 1e16, 1e300, -1e-300, 0.1, 5e-324, 9007199254740993.0}) {
+    const std::string text = WriteJson(Value(number), 0);
+    const double again = ParseYaml(text, "written").number();
+    EXPECT_EQ(again, number) << text;
+    EXPECT_EQ(std::signbit(again), std::signbit(number)) << text;
+    EXPECT_EQ(WriteJson(ParseYaml(text, "written"), 0), text);
+  }
+}
+
 }  // namespace
 }  // namespace tether

@@ -111,7 +111,7 @@ TEST(PlannerTest, OnlyWhatCostsMoreIsPrunedHoweverNearItIs) {
       if (candidate.feasible()) costs.push_back(candidate.plan.cost);
     }
     std::sort(costs.begin(), costs.end());
-    const auto wanted = static_cast<size_t>(problem.search.max_plans);
+    const auto wanted = static_cast<size_t>(*problem.search.max_plans);
     ASSERT_GE(costs.size(), wanted);
     for (const CandidateReport& candidate : report.candidates) {
       if (candidate.status == CandidateStatus::kPruned) {
