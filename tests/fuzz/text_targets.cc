@@ -50,7 +50,8 @@ void ReadFormulaText(const std::string& input) {
     try {
       if (const auto automaton = ltl::BuildAutomaton(formula, semantics, kSmallDiagrams)) {
         ltl::WriteHoa(*automaton, "fuzz", semantics);
-        WriteJson(ltl::WriteAutomaton(*automaton));
+        WriteJson(ltl::WriteStates(*automaton));
+        ParseYaml(ltl::WriteEdges(*automaton), "edges");
       }
     } catch (const InputError&) {
       // Not co-safe.

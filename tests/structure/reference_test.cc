@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/value.h"
 #include "tether/constraints/kind.h"
 

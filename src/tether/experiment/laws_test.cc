@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tether/common/file.h"
 #include "tether/common/value.h"
 #include "tether/experiment/problem.h"
 #include "tether/experiment/test_scenarios.h"
