@@ -367,7 +367,7 @@ TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
 
 TEST(CliTest, AnInterruptedPlanIsExitCode130) {
   const Outcome outcome =
-      Tether("plan " + Scenario("workspace_reach") + " --max-actions 30 --solver ipopt --json -",
+      Tether("plan " + Scenario("hanoi") + " --max-actions 30 --max-plans 0 --solver nlopt --json -",
              "timeout --preserve-status -s INT 2");
   ASSERT_EQ(outcome.exit_code, 130) << outcome.err;
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;

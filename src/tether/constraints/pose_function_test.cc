@@ -105,6 +105,8 @@ std::vector<Named> AllFunctions() {
 class PoseFunctionTest : public ::testing::TestWithParam<Named> {};
 
 TEST_P(PoseFunctionTest, DerivativeAgreesWithNumericDifferentiation) {
+  // The root of a length is rounded off over a millimetre, which the steps have to be small against.
+  const double step = GetParam().name.starts_with("LengthOf") ? 5e-6 : 1e-4;
   Random random(3);
   for (double angle : {0.0, 1e-8, 0.3, 1.0}) {
     for (int trial = 0; trial < 25; ++trial) {
@@ -125,7 +127,7 @@ TEST_P(PoseFunctionTest, DerivativeAgreesWithNumericDifferentiation) {
               f->Evaluate(moved, value, nullptr);
               return value;
             },
-            X[static_cast<size_t>(k)], 1e-4);
+            X[static_cast<size_t>(k)], step);
         EXPECT_LT((numeric - J.middleCols(6 * k, 6)).cwiseAbs().maxCoeff(), 2e-7)
             << "frame " << k << ", angle " << angle;
       }
@@ -146,7 +148,7 @@ TEST_P(PoseFunctionTest, DoesNotChangeWhenEverythingMoves) {
     Eigen::VectorXd r(f->size()), r_moved(f->size());
     f->Evaluate(X, r, nullptr);
     f->Evaluate(X_moved, r_moved, nullptr);
-    if (GetParam().name == "Travel") {
+    if (GetParam().name == "Travel" || GetParam().name == "LengthOfTravel") {
       EXPECT_NEAR(r.norm(), r_moved.norm(), 1e-12);
     } else {
       EXPECT_LT((r - r_moved).norm(), 1e-9);

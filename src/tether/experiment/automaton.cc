@@ -123,8 +123,8 @@ int AutomatonCommand(const AutomatonArguments& arguments) {
     return kExitGaveUp;
   }
   if (!arguments.json.empty()) {
-    outputs.Write(arguments.json, arguments.summary ? WriteJson(WriteAutomatonSummary(compiled))
-                                                    : WriteAutomatonReport(compiled));
+    outputs.WriteText(arguments.json, arguments.summary ? WriteJson(WriteAutomatonSummary(compiled))
+                                                        : WriteAutomatonReport(compiled));
   }
   if (arguments.hoa) {
     outputs.WriteText("-", WriteHoa(*compiled.automaton, compiled.formula.ToString(), compiled.semantics));
