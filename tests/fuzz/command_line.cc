@@ -20,7 +20,7 @@
 #include "targets.h"
 #include "tether/common/error.h"
 #include "tether/common/limits.h"
-#include "tether/experiment/commands.h"
+#include "apps/tether/commands.h"
 
 namespace {
 
@@ -60,26 +60,26 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
   limits.memory = tether::kDefaultMemoryLimit / 2;
   const tether::LimitsScope scope(limits);
   try {
-    if (command == "check") return experiment::CheckCommand({{scenario}});
+    if (command == "check") return app::CheckCommand({{scenario}});
     if (command == "plan") {
-      experiment::PlanArguments arguments;
+      app::PlanArguments arguments;
       arguments.scenario = scenario;
       arguments.overrides.stop = &stop;
-      return experiment::PlanCommand(arguments);
+      return app::PlanCommand(arguments);
     }
-    experiment::RunArguments arguments;
+    app::RunArguments arguments;
     arguments.scenario = scenario;
     arguments.overrides.stop = &stop;
-    return experiment::RunCommand(arguments);
+    return app::RunCommand(arguments);
   } catch (const InputError&) {
-    return experiment::kExitBadInput;
+    return app::kExitBadInput;
   } catch (const std::bad_alloc&) {
-    return experiment::kExitGaveUp;
+    return app::kExitGaveUp;
   } catch (const tether::LimitReached& reached) {
-    return reached.limit() == tether::Limit::kInterrupted ? experiment::kExitInterrupted
-                                                          : experiment::kExitGaveUp;
+    return reached.limit() == tether::Limit::kInterrupted ? app::kExitInterrupted
+                                                          : app::kExitGaveUp;
   } catch (const std::exception&) {
-    return experiment::kExitInternal;
+    return app::kExitInternal;
   }
 }
 

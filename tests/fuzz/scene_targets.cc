@@ -4,16 +4,16 @@
 #include <unistd.h>
 
 #include "targets.h"
-#include "tether/constraints/kind.h"
-#include "tether/experiment/campaign.h"
-#include "tether/experiment/check.h"
-#include "tether/experiment/events.h"
-#include "tether/experiment/run_log.h"
-#include "tether/experiment/scenario.h"
-#include "tether/geometry/mesh_file.h"
-#include "tether/geometry/polytope.h"
-#include "tether/planning/action_reader.h"
-#include "tether/planning/plan_file.h"
+#include "tether/constraints/core/kind.h"
+#include "tether/bench/campaigns/campaign.h"
+#include "tether/evaluation/check.h"
+#include "tether/scenario/events.h"
+#include "tether/evaluation/run_log.h"
+#include "tether/scenario/scenario.h"
+#include "tether/geometry/hull/mesh_file.h"
+#include "tether/geometry/hull/polytope.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/plan/plan_file.h"
 #include "tether/robot/model.h"
 
 namespace tether::fuzz {
@@ -49,9 +49,9 @@ void ReadMeshAs(const std::string& name, const std::string& input) {
 constexpr const char* kScenarioFile = "/fuzz/scenario.yaml";
 
 /// The scene that plans and events are read for; parsed once.
-const experiment::Scenario& Stage() {
-  static const experiment::Scenario scenario =
-      experiment::LoadScenario(kScenarioFile, {{kScenarioFile,
+const scenario::Scenario& Stage() {
+  static const scenario::Scenario scenario =
+      scenario::LoadScenario(kScenarioFile, {{kScenarioFile,
                                                 R"(format: tether.scenario/1
 title: stage
 objects:
@@ -83,10 +83,10 @@ void ReadStlMesh(const std::string& input) { ReadMeshAs("mesh.stl", input); }
 
 void ReadScenarioText(const std::string& input) {
   const std::vector<std::string> parts = Split(input, 3);
-  const experiment::Scenario scenario = experiment::LoadScenario(
+  const scenario::Scenario scenario = scenario::LoadScenario(
       kScenarioFile,
       {{kScenarioFile, parts[0]}, {"/fuzz/domain.pddl", parts[1]}, {"/fuzz/problem.pddl", parts[2]}});
-  experiment::CheckGeometry(scenario);
+  evaluation::CheckGeometry(scenario);
 }
 
 void ReadActionText(const std::string& input) {
@@ -114,7 +114,7 @@ void ReadRobotText(const std::string& input) {
 }
 
 void ReadPlanText(const std::string& input) {
-  const experiment::Scenario& stage = Stage();
+  const scenario::Scenario& stage = Stage();
   Diagnostics diagnostics;
   const Value document = ParseYaml(input, "plan");
   planning::ReadPlanOrigin(document);
@@ -130,19 +130,19 @@ void ReadPlanText(const std::string& input) {
 }
 
 void ReadEventText(const std::string& input) {
-  const experiment::Scenario& stage = Stage();
+  const scenario::Scenario& stage = Stage();
   Diagnostics diagnostics;
-  for (const experiment::Event& event :
-       experiment::ParseEvents(ParseYaml(input, "events"), {&stage.scene, &stage.actions}, diagnostics))
+  for (const scenario::Event& event :
+       scenario::ParseEvents(ParseYaml(input, "events"), {&stage.scene, &stage.actions}, diagnostics))
     event.Describe();
   diagnostics.ThrowIfAny();
 }
 
 void ReadLogText(const std::string& input) {
-  const experiment::RunLog log = experiment::ReadRunLog(ParseYaml(input, "log"));
-  experiment::DrawRunLog(log);
-  const std::string once = WriteJson(experiment::WriteRunLog(log));
-  Require(WriteJson(experiment::WriteRunLog(experiment::ReadRunLog(ParseYaml(once, "written")))) == once,
+  const evaluation::RunLog log = evaluation::ReadRunLog(ParseYaml(input, "log"));
+  evaluation::DrawRunLog(log);
+  const std::string once = WriteJson(evaluation::WriteRunLog(log));
+  Require(WriteJson(evaluation::WriteRunLog(evaluation::ReadRunLog(ParseYaml(once, "written")))) == once,
           "a log is read as it was written");
 }
 
@@ -150,14 +150,14 @@ void ReadCampaignLines(const std::string& input) {
   const Folder folder;
   const std::atomic<bool> stop = true;  // Lines are read, nothing is measured.
   for (const char* name : {"robustness", "quality", "growth", "warm", "execution", "control"}) {
-    experiment::CampaignOptions options;
+    bench::CampaignOptions options;
     options.name = name;
     options.output = folder.Write(std::string(name) + ".jsonl", input);
     options.stop = &stop;
     try {
-      const Value summary = experiment::SummarizeCampaign(options, experiment::RunCampaign(options));
+      const Value summary = bench::SummarizeCampaign(options, bench::RunCampaign(options));
       WriteJson(summary);
-      experiment::CampaignTable(summary);
+      bench::CampaignTable(summary);
     } catch (const InputError&) {
       // Of another campaign, or none.
     }

@@ -1,12 +1,12 @@
 #include <cmath>
 
 #include "targets.h"
-#include "tether/common/value.h"
-#include "tether/ltl/automaton.h"
-#include "tether/ltl/output.h"
-#include "tether/ltl/parser.h"
-#include "tether/symbolic/pddl.h"
-#include "tether/symbolic/task.h"
+#include "tether/common/document/value.h"
+#include "tether/ltl/automaton/automaton.h"
+#include "tether/ltl/automaton/output.h"
+#include "tether/ltl/formula/parser.h"
+#include "tether/symbolic/pddl/pddl.h"
+#include "tether/symbolic/grounding/task.h"
 
 namespace tether::fuzz {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/file.h"
-#include "tether/common/value.h"
-#include "tether/constraints/kind.h"
+#include "tether/common/document/value.h"
+#include "tether/constraints/core/kind.h"
 
 namespace tether::structure {
 namespace {

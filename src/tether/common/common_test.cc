@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
-#include "tether/common/reader.h"
+#include "tether/common/document/reader.h"
 
 namespace tether {
 namespace {

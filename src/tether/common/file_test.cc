@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/error.h"
-#include "tether/common/scratch_folder.h"
+#include "testing/common/scratch_folder.h"
 
 namespace tether {
 namespace {

@@ -1,11 +1,11 @@
 // A file of its own: it replaces malloc for the whole test program.
-#include "tether/common/heap_counter.h"
+#include "testing/common/heap_counter.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "tether/constraints/field_function.h"
+#include "tether/constraints/core/field_function.h"
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/objective.h"
 #include "tether/control/operational_space.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include "tether/geometry/bounds.h"
+#include "tether/geometry/distance/bounds.h"
 
 namespace tether::control {
 namespace {

@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "tether/common/error.h"
-#include "tether/geometry/distance.h"
+#include "tether/geometry/distance/distance.h"
 #include "tether/qp/hierarchy.h"
 
 namespace tether::control {

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "tether/constraints/pose_function.h"
+#include "tether/constraints/core/pose_function.h"
 #include "tether/control/arm_bodies.h"
 #include "tether/robot/model.h"
 

@@ -8,7 +8,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/random.h"
-#include "tether/constraints/field_function.h"
+#include "tether/constraints/core/field_function.h"
 #include "tether/control/objective.h"
 #include "tether/math/numeric_derivative.h"
 

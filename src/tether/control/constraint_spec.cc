@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tether/common/reader.h"
+#include "tether/common/document/reader.h"
 
 namespace tether::control {
 namespace {

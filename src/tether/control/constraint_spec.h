@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "tether/common/error.h"
-#include "tether/common/value.h"
+#include "tether/common/document/value.h"
 
 namespace tether::control {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tether/constraints/pose_function.h"
+#include "tether/constraints/core/pose_function.h"
 #include "tether/math/pose.h"
 
 namespace tether::control {

@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "tether/common/error.h"
-#include "tether/common/value.h"
+#include "tether/common/document/value.h"
 
 namespace tether::control {
 namespace {

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "tether/common/overloaded.h"
-#include "tether/geometry/polytope.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {
 std::string KindName(const Primitive& primitive) {

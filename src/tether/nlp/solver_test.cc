@@ -11,7 +11,7 @@
 
 #include "tether/common/error.h"
 #include "tether/math/numeric_derivative.h"
-#include "tether/nlp/test_programs.h"
+#include "testing/nlp/test_programs.h"
 
 namespace tether::nlp {
 namespace {

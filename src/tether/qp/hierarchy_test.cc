@@ -7,7 +7,7 @@
 
 #include "tether/common/random.h"
 #include "tether/qp/kkt.h"
-#include "tether/qp/test_problems.h"
+#include "testing/qp/test_problems.h"
 
 namespace tether::qp {
 namespace {

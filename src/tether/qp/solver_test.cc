@@ -8,12 +8,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "tether/common/heap_counter.h"
+#include "testing/common/heap_counter.h"
 #include "tether/common/random.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/hierarchy.h"
 #include "tether/qp/kkt.h"
-#include "tether/qp/test_problems.h"
+#include "testing/qp/test_problems.h"
 
 namespace tether::qp {
 namespace {

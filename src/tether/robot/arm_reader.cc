@@ -8,9 +8,9 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/random.h"
-#include "tether/geometry/bounds.h"
-#include "tether/geometry/distance.h"
-#include "tether/geometry/polytope.h"
+#include "tether/geometry/distance/bounds.h"
+#include "tether/geometry/distance/distance.h"
+#include "tether/geometry/hull/polytope.h"
 #include "tether/robot/model.h"
 
 namespace tether::robot {

@@ -12,11 +12,11 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/error.h"
-#include "tether/common/heap_counter.h"
+#include "testing/common/heap_counter.h"
 #include "tether/common/random.h"
-#include "tether/common/scratch_folder.h"
-#include "tether/common/value.h"
-#include "tether/geometry/distance.h"
+#include "testing/common/scratch_folder.h"
+#include "tether/common/document/value.h"
+#include "tether/geometry/distance/distance.h"
 #include "tether/robot/model.h"
 #include "tether/robot/posture.h"
 

@@ -11,7 +11,7 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/file.h"
-#include "tether/common/reader.h"
+#include "tether/common/document/reader.h"
 #include "tether/common/text.h"
 #include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"

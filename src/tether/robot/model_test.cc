@@ -17,10 +17,10 @@
 #include "tether/common/error.h"
 #include "tether/common/file.h"
 #include "tether/common/random.h"
-#include "tether/common/scratch_folder.h"
-#include "tether/common/value.h"
-#include "tether/geometry/bounds.h"
-#include "tether/geometry/support.h"
+#include "testing/common/scratch_folder.h"
+#include "tether/common/document/value.h"
+#include "tether/geometry/distance/bounds.h"
+#include "tether/geometry/polygon/support.h"
 
 namespace tether::robot {
 namespace {

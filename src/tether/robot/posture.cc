@@ -8,7 +8,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "tether/geometry/distance.h"
+#include "tether/geometry/distance/distance.h"
 #include "tether/robot/model.h"
 
 namespace tether::robot {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "tether/geometry/bounds.h"
+#include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/shape.h"
 #include "tether/robot/kinematics.h"
 

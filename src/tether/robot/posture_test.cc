@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
-#include "tether/geometry/distance.h"
+#include "tether/geometry/distance/distance.h"
 #include "tether/robot/model.h"
 
 namespace tether::robot {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "tether/common/overloaded.h"
-#include "tether/geometry/polytope.h"
-#include "tether/geometry/support.h"
+#include "tether/geometry/hull/polytope.h"
+#include "tether/geometry/polygon/support.h"
 
 namespace tether::scene {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tether/geometry/polygon.h"
+#include "tether/geometry/polygon/polygon.h"
 #include "tether/scene/scene.h"
 
 namespace tether::scene {

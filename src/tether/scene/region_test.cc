@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
-#include "tether/geometry/polytope.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::scene {
 namespace {

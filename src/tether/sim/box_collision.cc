@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "tether/geometry/distance.h"
+#include "tether/geometry/distance/distance.h"
 #include "tether/math/so3.h"
 
 namespace tether::sim {

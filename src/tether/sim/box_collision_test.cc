@@ -12,7 +12,7 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/random.h"
-#include "tether/common/scratch_folder.h"
+#include "testing/common/scratch_folder.h"
 
 namespace tether::sim {
 namespace {

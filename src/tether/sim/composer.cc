@@ -9,7 +9,7 @@
 
 #include "tether/common/error.h"
 #include "tether/common/text.h"
-#include "tether/geometry/polytope.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::sim {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "tether/common/error.h"
 #include "tether/common/file.h"
-#include "tether/common/scratch_folder.h"
-#include "tether/common/value.h"
-#include "tether/geometry/polytope.h"
-#include "tether/sim/test_scenes.h"
+#include "testing/common/scratch_folder.h"
+#include "tether/common/document/value.h"
+#include "tether/geometry/hull/polytope.h"
+#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/sim/test_scenes.h"
+#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

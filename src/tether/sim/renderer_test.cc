@@ -11,8 +11,8 @@
 #include <png.h>
 
 #include "tether/common/error.h"
-#include "tether/common/scratch_folder.h"
-#include "tether/sim/test_scenes.h"
+#include "testing/common/scratch_folder.h"
+#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "tether/common/error.h"
 #include "tether/robot/kinematics.h"
-#include "tether/sim/test_scenes.h"
+#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

@@ -11,7 +11,7 @@
 #include "tether/common/error.h"
 #include "tether/common/random.h"
 #include "tether/scene/friction.h"
-#include "tether/sim/test_scenes.h"
+#include "testing/sim/test_scenes.h"
 
 namespace {
 bool counting = false;

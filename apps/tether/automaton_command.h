@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tether/common/document/value.h"
+#include "tether/ltl/automaton/automaton.h"
+#include "tether/ltl/formula/formula.h"
+
+namespace tether::app {
+
+/// A formula with its minimal automaton and what that took.
+struct CompiledFormula {
+  ltl::Formula formula;
+  ltl::Semantics semantics = ltl::Semantics::kCosafe;
+  std::optional<ltl::Automaton> automaton;  ///< Empty if it would be too large.
+  double compile_s = 0;                     ///< From the text to the minimal automaton.
+};
+
+/// "cosafe" or "ltlf"; throws InputError for anything else.
+ltl::Semantics ReadSemantics(const std::string& name);
+
+/// Throws InputError if `text` is no formula, `semantics` is neither "cosafe" nor "ltlf", or the formula
+/// can't be read so. Logs what is allowed and probably not meant.
+CompiledFormula CompileFormula(const std::string& text, const std::string& semantics);
+
+/// Format `tether.automaton/1`, as text. The automaton must be there.
+std::string WriteAutomatonReport(const CompiledFormula& compiled);
+/// The same without states and edges, which takes no time however many there are.
+Value WriteAutomatonSummary(const CompiledFormula& compiled);
+
+}  // namespace tether::app

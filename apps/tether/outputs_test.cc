@@ -1,0 +1,115 @@
+// What commands write, and where: the finds about outputs, as a user meets them.
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/tether/cli_testing.h"
+#include "tether/common/document/value.h"
+
+namespace tether {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class OutputsTest : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_.File(name); }
+  Outcome Automaton(const std::string& json, const std::string& redirection = "") const {
+    return Tether("automaton 'F a' --json '" + json + "' " + redirection);
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(OutputsTest, OutputReplacesDeviceOrSymlink) {
+  // In the scratch folder, never in /dev: only root may make one.
+  const std::string null = Path("null");
+  if (mknod(null.c_str(), S_IFCHR | 0666, makedev(1, 3)) == 0) {
+    EXPECT_EQ(Automaton(null).exit_code, 0);
+    EXPECT_TRUE(fs::is_character_file(null));
+  }
+  fs::create_symlink("target.json", Path("link.json"));
+  EXPECT_EQ(Automaton(Path("link.json")).exit_code, 0);
+  EXPECT_TRUE(fs::is_symlink(Path("link.json")));
+  EXPECT_THAT(ReadFile(Path("target.json")), HasSubstr("tether.automaton/1"));
+  // Standard output by name is a pipe here, and carries the table too.
+  const Outcome named = Automaton("/dev/stdout");
+  EXPECT_EQ(named.exit_code, 0);
+  EXPECT_THAT(named.out, HasSubstr("tether.automaton/1"));
+  EXPECT_THAT(named.out, HasSubstr("state"));
+  const Outcome full = Automaton("/dev/full");
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+}
+
+TEST_F(OutputsTest, WhatIsReadIsNotWrittenTo) {
+  const std::string scene = Path("s.yaml");
+  fs::copy_file(kSource + "/scenarios/workspace_reach.yaml", scene);
+  fs::create_symlink("s.yaml", Path("link.yaml"));
+  const std::string before = ReadFile(scene);
+  for (const char* option : {"--json", "--output", "--trace"}) {
+    const Outcome outcome = Tether("plan '" + scene + "' " + option + " '" + Path("link.yaml") + "'");
+    EXPECT_EQ(outcome.exit_code, 2) << option;
+    EXPECT_THAT(outcome.err,
+                HasSubstr(std::string(option) + ": " + Path("link.yaml") + " is a file that is read"));
+  }
+  EXPECT_EQ(ReadFile(scene), before);
+  const Outcome twice = Tether("plan '" + scene + "' --json '" + Path("o") + "' --output '" +
+                               folder_.path().string() + "/./o'");
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("--json and --output are both"));
+  const Outcome both = Tether("run '" + scene + "' --json - --log -");
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_THAT(both.err, HasSubstr("--json and --log are both -"));
+}
+
+TEST_F(OutputsTest, StdoutWriteErrorsIgnored) {
+  for (const std::string command : {"automaton 'F a' --json -", "automaton 'F a'", "automaton 'F a' --hoa",
+                                    "automaton 'F a' --dot", "--help", "--version", "check --help"}) {
+    for (const char* redirection : {"> /dev/full", ">&-"}) {
+      const Outcome outcome = Tether(command + " " + redirection);
+      EXPECT_EQ(outcome.exit_code, 2) << command << redirection;
+      EXPECT_THAT(outcome.err, HasSubstr("cannot write to standard output")) << command << redirection;
+    }
+  }
+  const Outcome check = Tether("check " + Scenario("hanoi") + " > /dev/full");
+  EXPECT_EQ(check.exit_code, 2);
+  // What is opened does not become standard output because that is closed.
+  EXPECT_EQ(Automaton(Path("o.json"), ">&-").exit_code, 2);
+  EXPECT_EQ(ParseYaml(ReadFile(Path("o.json")), "o").Find("format")->AsText(), "tether.automaton/1");
+}
+
+TEST_F(OutputsTest, CampaignOutputDestroysFile) {
+  const std::string campaign = "campaign robustness --scenes 1 --kind reach --restarts 1 --output ";
+  for (const std::string text : {"a note without an end", "two lines,\nthe last without an end",
+                                 "{\"a\": 1}\nx", "PNG\r\n\x1a\n", "{\"format\":\"tether.campaign_rec"}) {
+    WriteFile(Path("notes"), text);
+    const Outcome outcome = Tether(campaign + "'" + Path("notes") + "'");
+    if (text.starts_with("{\"format")) continue;  // the beginning of a campaign: taken up
+    EXPECT_EQ(outcome.exit_code, 2) << text;
+    EXPECT_EQ(ReadFile(Path("notes")), text);
+  }
+}
+
+TEST_F(OutputsTest, SeedBeyondInt64) {
+  const std::string plan = "plan " + Scenario("stacking") + " --max-plans 1 --json - --seed ";
+  const Outcome greatest = Tether(plan + "18446744073709551615");
+  EXPECT_EQ(greatest.exit_code, 0);
+  EXPECT_EQ(ParseYaml(greatest.out, "o").Find("seed")->natural(), UINT64_MAX);
+  for (const char* seed : {"18446744073709551616", "-1", "1e3", "''"}) {
+    const Outcome beyond = Tether(plan + seed);
+    EXPECT_EQ(beyond.exit_code, 2) << seed;
+    EXPECT_THAT(beyond.err, HasSubstr("a whole number from 0 to 18446744073709551615")) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace tether

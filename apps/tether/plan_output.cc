@@ -1,0 +1,151 @@
+#include "apps/tether/plan_output.h"
+
+#include "tether/common/version.h"
+#include "tether/planning/plan/plan_file.h"
+
+namespace tether::app {
+namespace {
+
+std::string Join(const std::vector<std::string>& words, const std::string& separator) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
+std::string Actions(const planning::CandidateReport& candidate) {
+  return candidate.plan.actions.empty() ? "nothing to do: the goal is reached at the start"
+                                        : Join(candidate.plan.actions, " ");
+}
+
+Value Names(const std::vector<std::string>& words) {
+  Value list = Value::Array();
+  for (const std::string& word : words) list.Append(word);
+  return list;
+}
+
+std::string Pad(const std::string& text, size_t width) {
+  return text.size() >= width ? text : std::string(width - text.size(), ' ') + text;
+}
+
+std::string Status(const planning::CandidateReport& candidate, const Terminal& terminal) {
+  const std::string text = Pad(planning::ToString(candidate.status), 10);
+  return candidate.feasible() ? terminal.Green(text) : terminal.Red(text);
+}
+
+std::string EndLine(const planning::PlanReport& report, const Terminal& terminal) {
+  const std::string message = report.message.empty() ? "" : ": " + report.message;
+  switch (report.status) {
+    case planning::PlanStatus::kSolved:
+      return report.complete ? "" : terminal.Yellow("there may be other plans" + message);
+    case planning::PlanStatus::kImpossible:
+      return terminal.Red("impossible" + message);
+    case planning::PlanStatus::kGaveUp:
+      return terminal.Red("gave up" + message);
+    case planning::PlanStatus::kInterrupted:
+      return terminal.Yellow("interrupted; this is what was found so far");
+    case planning::PlanStatus::kNotCalled:
+      break;
+  }
+  return "not planned";
+}
+
+}  // namespace
+
+Value OutputHeader(const std::string& format, uint64_t seed) {
+  return Value::Object().Set("format", format).Set("tether", Version()).Set("seed", seed);
+}
+
+Value WritePlanReport(const planning::PlanReport& report, const std::string& scenario, uint64_t seed) {
+  Value plans = Value::Array();
+  for (int i : report.BestFirst()) {
+    const planning::CandidateReport& candidate = report.candidates[static_cast<size_t>(i)];
+    Value steps = Value::Array();
+    for (const planning::PlanStep& step : candidate.plan.steps)
+      steps.Append(planning::WriteStep(step, false));
+    Value plan = Value::Object();
+    plan.Set("status", planning::ToString(candidate.status)).Set("feasible", candidate.feasible());
+    plan.Set("actions", Names(candidate.plan.actions)).Set("cost", candidate.plan.cost);
+    plan.Set("max_violation_m", candidate.max_violation_m)
+        .Set("max_violation_rad", candidate.max_violation_rad);
+    plan.Set("optimize_s", candidate.optimize_s)
+        .Set("evaluations", candidate.evaluations)
+        .Set("found", i + 1);
+    plan.Set("bound", candidate.bound)
+        .Set("reason", candidate.reason)
+        .Set("blocking", Names(candidate.blocking));
+    plan.Set("steps", steps);
+    plans.Append(plan);
+  }
+  Value value = OutputHeader("tether.plan_report/1", seed);
+  value.Set("scenario", scenario)
+      .Set("status", planning::ToString(report.status))
+      .Set("complete", report.complete);
+  value.Set("message", report.message).Set("plans", plans);
+  value.Set("timing", Value::Object()
+                          .Set("parse_s", report.parse_s)
+                          .Set("search_s", report.search_s)
+                          .Set("optimize_s", report.optimize_s)
+                          .Set("total_s", report.total_s));
+  value.Set("search", Value::Object()
+                          .Set("expanded", report.expanded)
+                          .Set("generated", report.generated)
+                          .Set("needless", report.needless)
+                          .Set("other_orders", report.other_orders));
+  return value;
+}
+
+Value WriteTrace(const planning::PlanReport& report, uint64_t seed) {
+  Value candidates = Value::Array();
+  for (const planning::CandidateReport& candidate : report.candidates) {
+    Value iterations = Value::Array();
+    for (const nlp::IterationRecord& record : candidate.trace) {
+      iterations.Append(Value::Object()
+                            .Set("iteration", record.iteration)
+                            .Set("time_s", record.time_s)
+                            .Set("cost", record.cost)
+                            .Set("violation_m", record.violation_m)
+                            .Set("violation_rad", record.violation_rad));
+    }
+    candidates.Append(
+        Value::Object().Set("actions", Names(candidate.plan.actions)).Set("iterations", iterations));
+  }
+  return OutputHeader("tether.trace/1", seed).Set("candidates", candidates);
+}
+
+std::string CandidateLine(const planning::CandidateReport& candidate, int number, const Terminal& terminal) {
+  std::string text = Pad(std::to_string(number), 3) + "  " + Status(candidate, terminal) + "  ";
+  if (candidate.feasible()) text += "cost " + Fixed(candidate.plan.cost, 4) + "  ";
+  text += Fixed(candidate.optimize_s, 2) + " s  " + Actions(candidate);
+  if (!candidate.reason.empty()) text += "\n     " + terminal.Dim(candidate.reason);
+  for (const planning::PlanStep& step : candidate.plan.steps) {
+    if (candidate.feasible() && !step.face.empty())
+      text += "\n     " + terminal.Dim(step.action + ": on " + step.face);
+  }
+  return text;
+}
+
+std::string PlanTable(const planning::PlanReport& report, const Terminal& terminal) {
+  std::string text;
+  if (!report.candidates.empty()) {
+    text += terminal.Bold("rank      cost  violation (mm  mrad)  time (s)      status  actions") + "\n";
+  }
+  int rank = 0;
+  for (int i : report.BestFirst()) {
+    const planning::CandidateReport& candidate = report.candidates[static_cast<size_t>(i)];
+    const bool measured = !candidate.plan.steps.empty();
+    text += Pad(std::to_string(++rank), 4) + "  " + Pad(measured ? Fixed(candidate.plan.cost, 4) : "-", 8) +
+            "  " + Pad(measured ? Fixed(1e3 * candidate.max_violation_m, 3) : "-", 13) + "  " +
+            Pad(measured ? Fixed(1e3 * candidate.max_violation_rad, 3) : "-", 6) + "  " +
+            Pad(Fixed(candidate.optimize_s, 2), 8) + "  " + Status(candidate, terminal) + "  " +
+            Actions(candidate) + "\n";
+  }
+  text += std::to_string(report.candidates.size()) +
+          (report.candidates.size() == 1 ? " candidate, " : " candidates, ") +
+          std::to_string(report.expanded) + " states expanded, " + std::to_string(report.generated) +
+          " generated; parsing " + Fixed(report.parse_s, 3) + " s, search " + Fixed(report.search_s, 3) +
+          " s, optimisation " + Fixed(report.optimize_s, 3) + " s, in all " + Fixed(report.total_s, 3) + " s";
+  const std::string end = EndLine(report, terminal);
+  return end.empty() ? text : text + "\n" + end;
+}
+
+}  // namespace tether::app

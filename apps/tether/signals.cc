@@ -1,0 +1,72 @@
+#include "apps/tether/signals.h"
+
+#include <signal.h>  // NOLINT: sigaction() and timers are POSIX
+#include <time.h>    // NOLINT
+#include <unistd.h>
+
+#include "tether/common/file.h"
+
+namespace {
+
+constexpr int kInterrupted = 130;
+constexpr long kGraceNs = 300'000'000;
+constexpr long kWaitNs = 20'000'000;  // Between looks at whether files are whole.
+constexpr int kMostWaits = 500;
+
+std::atomic<bool> stop_requested{false}, finished{false};
+std::atomic<long> first_s{0};
+std::atomic<int> waits{0};
+std::atomic<bool> has_timer{false};
+timer_t timer;
+
+void SetTimer(long nanoseconds) {
+  itimerspec spec{};
+  spec.it_value.tv_nsec = nanoseconds;
+  timer_settime(timer, 0, &spec, nullptr);
+}
+
+extern "C" void EndNow(int) {
+  if (tether::IsWriting() && ++waits < kMostWaits && !finished) {
+    SetTimer(kWaitNs);
+    return;
+  }
+  tether::RemoveUnfinishedFiles();
+  _exit(kInterrupted);
+}
+
+extern "C" void RequestStop(int) {
+  if (finished) _exit(kInterrupted);
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (!stop_requested.exchange(true)) {
+    first_s = now.tv_sec;
+    if (has_timer) SetTimer(kGraceNs);
+  } else if (now.tv_sec - first_s > 1) {
+    tether::RemoveUnfinishedFiles();
+    _exit(kInterrupted);
+  }
+}
+
+void Handle(int signal, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  sigaction(signal, &action, nullptr);
+}
+
+/// Before the constructors of the shared libraries, which take most of the time until main().
+void Install() {
+  sigevent event{};
+  event.sigev_notify = SIGEV_SIGNAL;
+  event.sigev_signo = SIGALRM;
+  has_timer = timer_create(CLOCK_MONOTONIC, &event, &timer) == 0;
+  Handle(SIGALRM, EndNow);
+  Handle(SIGINT, RequestStop);
+  Handle(SIGTERM, RequestStop);
+}
+[[gnu::used, gnu::section(".preinit_array")]] void (*const install_early)() = Install;
+
+}  // namespace
+
+const std::atomic<bool>& StopRequested() { return stop_requested; }
+void FinishSignals() { finished = true; }

@@ -1,0 +1,85 @@
+// A signal ends every command with exit code 130, whatever it is about.
+
+#include <fcntl.h>
+#include <signal.h>  // NOLINT: kill() is POSIX
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/tether/cli_testing.h"
+
+namespace tether {
+namespace {
+
+/// Starts the program and sends it a signal after so long; its exit code, or minus the signal that ended it.
+int Interrupt(std::vector<std::string> arguments, int signal, std::chrono::milliseconds after) {
+  arguments.insert(arguments.begin(), TETHER_BINARY);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    for (const int fd : {1, 2}) dup2(open("/dev/null", O_WRONLY), fd);
+    execv(TETHER_BINARY, argv.data());
+    _exit(99);
+  }
+  std::this_thread::sleep_for(after);
+  kill(child, signal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+/// Conjunctions of temporal tasks: 3^n states.
+std::string LargeFormula() {
+  std::string formula;
+  for (int i = 0; i < 13; ++i) {
+    const std::string n = std::to_string(i);
+    formula += (i > 0 ? " & " : "") + std::string("F(a") + n + " & X[!] F b" + n + ")";
+  }
+  return formula;
+}
+
+TEST(SignalsTest, SignalsNotSeenInCompile) {
+  for (const int signal : {SIGINT, SIGTERM})
+    EXPECT_EQ(Interrupt({"automaton", LargeFormula()}, signal, std::chrono::milliseconds(300)), 130);
+}
+
+TEST(SignalsTest, AReaderThatWaitsIsEnded) {
+  const ScratchFolder folder;
+  const std::string fifo = folder.File("fifo");
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  // Nobody writes to it, nobody reads it.
+  EXPECT_EQ(Interrupt({"check", fifo}, SIGTERM, std::chrono::milliseconds(300)), 130);
+  EXPECT_EQ(Interrupt({"automaton", "F a", "--json", fifo}, SIGINT, std::chrono::milliseconds(300)), 130);
+}
+
+TEST(SignalsTest, BooleanGoalOutOfMemory) {
+  // Pairs that share nothing: one form of the guard has 2^30 clauses, the other 30.
+  std::string pairs, parity;
+  for (int i = 0; i < 30; ++i) {
+    const std::string n = std::to_string(i);
+    pairs += (i > 0 ? " | " : "") + std::string("(a") + n + " & b" + n + ")";
+    parity += (i > 0 ? " xor " : "") + std::string("a") + n;
+  }
+  const Outcome table = Tether("automaton '" + pairs + "'", "ulimit -v 4000000;");
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, ::testing::HasSubstr("3 states"));
+  const Outcome json = Tether("automaton '" + pairs + "' --json -", "ulimit -v 4000000;");
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_THAT(json.out, ::testing::HasSubstr("\"clauses\""));
+  // Neither form of a parity is short.
+  const Outcome limit = Tether("automaton '" + parity + "' --memory-limit 200M");
+  EXPECT_EQ(limit.exit_code, 4) << limit.err;
+  EXPECT_THAT(limit.err, ::testing::HasSubstr("the memory limit was reached"));
+}
+
+}  // namespace
+}  // namespace tether

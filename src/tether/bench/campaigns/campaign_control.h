@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+
+#include "tether/common/document/value.h"
+#include "tether/bench/campaigns/campaign_scene.h"
+
+namespace tether::bench {
+
+/// Runs a scenario of the velocity controller once from perturbed initial poses. `scene.kind` is "seeds", or
+/// "moved" or "crossing" with an obstacle of obstacle.h. Empty if interrupted.
+std::optional<Value> MeasureControl(const CampaignScene& scene, const std::string& scenario,
+                                    const std::atomic<bool>* stop);
+
+/// What the records of one kind say together.
+Value SummarizeControl(const std::vector<const Value*>& records);
+/// The same for people, of one row of the summary.
+std::string ControlText(const Value& row);
+
+}  // namespace tether::bench

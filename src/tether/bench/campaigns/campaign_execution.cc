@@ -1,0 +1,106 @@
+#include "tether/bench/campaigns/campaign_execution.h"
+
+#include <algorithm>
+
+#include "tether/scenario/generators/generate.h"
+#include "tether/scenario/problem.h"
+#include "tether/bench/process_time.h"
+#include "tether/evaluation/run.h"
+#include "apps/tether/terminal.h"
+#include "tether/planning/check/checker.h"
+
+namespace tether::bench {
+namespace {
+
+int PosesWithoutIkSolution(const planning::Plan& plan) {
+  return static_cast<int>(std::count_if(plan.steps.begin(), plan.steps.end(),
+                                        [](const planning::PlanStep& step) { return step.q.size() == 0; }));
+}
+
+}  // namespace
+
+std::optional<Value> MeasureExecution(const CampaignScene& scene, bool no_robot,
+                                      const std::atomic<bool>* stop) {
+  const scenario::Scenario scenario =
+      scenario::LoadGenerated(scenario::Generate(scene.kind, {scene.blocks > 0 ? scene.blocks : 3, 6, 2}, scene.seed));
+  const auto task = scenario::MakeTask(scenario);
+  scenario::PlanningOverrides overrides;
+  overrides.threads = 1;
+  overrides.no_robot = no_robot;
+  overrides.stop = stop;
+  const planning::Problem problem = scenario::MakeProblem(scenario, scenario.scene, overrides);
+  const Stopwatch clock;
+  const planning::PlanReport planned = planning::PlanTask(problem, *task);
+  Value record = Value::Object();
+  record.Set("kind", scene.kind).Set("seed", scene.seed);
+  if (scene.blocks > 0) record.Set("blocks", scene.blocks);
+  record.Set("status", planning::ToString(planned.status)).Set("plan_cpu_s", clock.cpu_s());
+  if (planned.status == planning::PlanStatus::kInterrupted) return std::nullopt;
+  const planning::CandidateReport* best = planned.best();
+  if (best == nullptr) return record.Set("reason", planned.message);
+  record.Set("cost", best->plan.cost).Set("steps", static_cast<int>(best->plan.steps.size()));
+  if (!no_robot) {
+    const planning::CheckResult check = planning::CheckPlan(problem, best->plan);
+    record.Set("without_witness", PosesWithoutIkSolution(best->plan));
+    record.Set("accepted", check.Feasible(problem.program));
+  }
+  evaluation::RunOptions options;
+  options.seed = scene.seed;
+  options.stop = stop;
+  const evaluation::RunReport run = evaluation::RunPlan(scenario, scenario.scene, *task, best->plan, options);
+  if (run.status == evaluation::RunStatus::kInterrupted) return std::nullopt;
+  record.Set("run", ToString(run.status)).Set("sim_time_s", run.sim_time_s).Set("retries", run.retries);
+  if (!run.reason.empty()) record.Set("run_reason", run.reason);
+  return record;
+}
+
+Value SummarizeExecution(const std::vector<const Value*>& records) {
+  int planned = 0, reached = 0, retried = 0, without_ik_solution = 0;
+  std::vector<double> times;
+  Value failures = Value::Array();
+  for (const Value* record : records) {
+    if (const Value* time = record->Find("plan_cpu_s")) times.push_back(time->number());
+    const bool solved = TextOf(*record, "status") == "solved";
+    const bool success = TextOf(*record, "run") == "success";
+    planned += solved ? 1 : 0;
+    reached += success ? 1 : 0;
+    const Value* retries = record->Find("retries");
+    retried += retries != nullptr && retries->integer() > 0 ? 1 : 0;
+    const Value *missing = record->Find("without_witness"), *accepted = record->Find("accepted");
+    if ((missing != nullptr && missing->integer() > 0) || (accepted != nullptr && !accepted->boolean()))
+      ++without_ik_solution;
+    if (success) continue;
+    failures.Append(Value::Object()
+                        .Set("seed", record->Find("seed")->integer())
+                        .Set("planned", solved)
+                        .Set("reason", solved ? TextOf(*record, "run") + ": " + TextOf(*record, "run_reason")
+                                              : TextOf(*record, "reason")));
+  }
+  const Spread spread = SpreadOf(times);
+  return Value::Object()
+      .Set("planned", planned)
+      .Set("reached", reached)
+      .Set("reached_share", planned == 0 ? 1.0 : static_cast<double>(reached) / planned)
+      .Set("with_retries", retried)
+      .Set("not_witnessed", without_ik_solution)
+      .Set("plan_cpu_s", Value::Object().Set("median", spread.median).Set("p99", spread.p99))
+      .Set("failures", failures);
+}
+
+std::string ExecutionText(const Value& row) {
+  const double share = row.Find("reached_share")->number();
+  std::string text = TextOf(row, "reached") + " of " + TextOf(row, "planned") +
+                     " that were planned reach the goal (" + app::Fixed(100 * share, 1) + " %), " +
+                     TextOf(row, "scenes") + " scenes; " + TextOf(row, "with_retries") + " with retries, " +
+                     TextOf(row, "not_witnessed") +
+                     " with key poses that the arm can't take\n  planning, CPU time: median " +
+                     app::Fixed(1e3 * row.Find("plan_cpu_s")->Find("median")->number(), 1) + " ms, p99 " +
+                     app::Fixed(1e3 * row.Find("plan_cpu_s")->Find("p99")->number(), 1) + " ms\n";
+  for (const Value& failure : row.Find("failures")->items())
+    text += "  seed " + TextOf(failure, "seed") +
+            (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + TextOf(failure, "reason") +
+            "\n";
+  return text;
+}
+
+}  // namespace tether::bench

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+
+#include "tether/common/document/value.h"
+#include "tether/bench/campaigns/campaign_scene.h"
+
+namespace tether::bench {
+
+/// Plans the scene, with the arm or without it, and executes the best plan in the simulation: did it reach
+/// the goal? Empty if interrupted.
+std::optional<Value> MeasureExecution(const CampaignScene& scene, bool no_robot,
+                                      const std::atomic<bool>* stop);
+
+/// What the records of one kind of scenes say together.
+Value SummarizeExecution(const std::vector<const Value*>& records);
+/// The same for people, of one row of the summary.
+std::string ExecutionText(const Value& row);
+
+}  // namespace tether::bench

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tether::bench {
+
+/// Middle and tail of some times, s.
+struct Spread {
+  double median = 0;
+  double p99 = 0;
+};
+/// By nearest rank; zeros where there are no values.
+Spread SpreadOf(std::vector<double> values);
+
+/// Measured times, one per repetition, s.
+struct Samples {
+  std::vector<double> wall;  ///< On the clock on the wall.
+  std::vector<double> cpu;   ///< Used by the thread, or by the process.
+
+  void Add(double wall_s, double cpu_s) {
+    wall.push_back(wall_s);
+    cpu.push_back(cpu_s);
+  }
+};
+
+/// Time since it was made, on the clock and of this thread.
+class Stopwatch {
+ public:
+  Stopwatch();
+  double wall_s() const;
+  double cpu_s() const;  ///< Of the thread that asks, which has to be the one that made it.
+  void AddTo(Samples& samples) const { samples.Add(wall_s(), cpu_s()); }
+
+ private:
+  double wall_begin_, cpu_begin_;
+};
+
+/// Runs a program to its end, with its output thrown away, and adds its times from start to exit. Returns its
+/// exit code; 128 + the signal that ended it. Throws InputError if it can't be started.
+int TimeProcess(const std::vector<std::string>& command, Samples& samples);
+
+}  // namespace tether::bench

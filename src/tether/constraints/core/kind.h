@@ -1,0 +1,97 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/common/document/value.h"
+#include "tether/constraints/core/context.h"
+
+namespace tether::constraints {
+
+/// One parameter of a kind, with all that its reference page says of it.
+struct ParameterDoc {
+  enum class Type { kFrame, kFramePair, kNumber, kText };
+  std::string name;
+  Type type = Type::kFrame;
+  bool required = true;
+  double default_number = 0;
+  double lower = 0, upper = 0;        ///< Bounds of a number.
+  std::vector<std::string> accepted;  ///< Of a text; the first is the default.
+  std::string doc;                    ///< With the unit.
+};
+
+struct Kind;
+
+/// The parameters of one constraint, read and checked against its kind.
+class Parameters {
+ public:
+  const std::string& Text(const std::string& name) const { return texts_.at(name); }
+  double Number(const std::string& name) const { return numbers_.at(name); }
+  const std::vector<std::string>& Frames(const std::string& name) const { return frames_.at(name); }
+  /// Every frame that is named, in the order of the kind's parameters.
+  std::vector<std::string> AllFrames() const;
+
+ private:
+  friend Parameters ReadParameters(const Kind& kind, const Value& value, Diagnostics& diagnostics);
+
+  std::map<std::string, std::string> texts_;  // frames and texts
+  std::map<std::string, double> numbers_;
+  std::map<std::string, std::vector<std::string>> frames_;
+  std::vector<std::string> frame_order_;
+};
+
+/// A set of points: those within `radius` of an axis and within `half_height` of its centre along it, m.
+struct Column {
+  Eigen::Vector3d centre;
+  Eigen::Vector3d axis;  ///< Unit.
+  double radius;
+  double half_height;
+};
+
+/// Unit vectors, fixed in the control and in the target frame, that point the same way.
+struct Alignment {
+  Eigen::Vector3d of_control;
+  Eigen::Vector3d of_target;
+};
+
+/// A registered kind of constraint: what it is called and takes, the rows it gives an optimiser, where it
+/// suggests to start, and a geometric test that shares no code with the rows.
+struct Kind {
+  std::string name;
+  std::string summary;
+  std::string source;  ///< "Paper A, eq. (8); ERRATA A12", or "ours".
+  std::vector<ParameterDoc> parameters;
+
+  /// Moves the guess of the control frame in the target frame to where the constraint is likely to hold. May
+  /// be empty.
+  std::function<void(const Context&, const Parameters&, math::Pose& X_TC)> guess;
+  /// Adds the rows. May refute the step, with a reason.
+  std::function<void(const Context&, const Parameters&, RowSink&)> build;
+  /// Judges the poses that `context` holds, geometrically.
+  std::function<void(const Context&, const Parameters&, Findings&)> check;
+  /// Where the origin of the control frame must be in the target frame if the constraint holds, whatever the
+  /// poses, for bounds on the cost; none if it does not say. May be empty.
+  std::function<std::optional<Column>(const Context&, const Parameters&)> locate = nullptr;
+  /// What must point the same way if the constraint holds, whatever the poses, for proofs that the arm is too
+  /// short; none if it does not say. May be empty.
+  std::function<std::optional<Alignment>(const Context&, const Parameters&)> align = nullptr;
+};
+
+/// Every kind, in alphabetical order. Adding one means adding it here: name, parameters, bounds,
+/// documentation and code in one place.
+const std::vector<Kind>& Registry();
+/// The kind of this name, or null.
+const Kind* FindKind(const std::string& name);
+std::vector<std::string> KindNames();
+
+/// Reads the parameters of a constraint of this kind. Adds to `diagnostics` what is unknown, missing, of the
+/// wrong type or out of bounds; unknown keys with the nearest match.
+Parameters ReadParameters(const Kind& kind, const Value& value, Diagnostics& diagnostics);
+
+/// The reference page of all kinds, in Markdown.
+std::string RegistryReference();
+
+}  // namespace tether::constraints

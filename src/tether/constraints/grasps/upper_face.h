@@ -1,0 +1,39 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tether/constraints/core/context.h"
+#include "tether/geometry/polygon/support.h"
+
+namespace tether::constraints {
+
+/// A face on which something can be put, in the frame of the solid that has it.
+struct UpperFace {
+  geometry::FlatFacet facet;
+  int part =
+      -1;  ///< Of a compound, the part that has it; −1: the highest face, over all parts that reach it.
+  /// From there up to the nearest part of the same solid above some of it, m.
+  double headroom = std::numeric_limits<double>::infinity();
+  std::string name;  ///< "the top of shelf", "part 1 of shelf"
+};
+
+/// The highest face of a solid first, flat or not; then, from the top down, those of parts below it that are
+/// level and have some room above.
+std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape& shape,
+                                  const Eigen::Vector3d& up);
+
+/// The same for a frame of the scene, worked out once.
+std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, const std::string& name);
+
+/// The one that a body is on whose lowest point is at this height over the solid's origin, m: the nearest.
+const UpperFace& FaceAtHeight(const std::vector<UpperFace>& faces, double height);
+
+/// Why nothing can be put on `name`: "ramp has no flat upper face: what is tilted or round carries nothing".
+std::string NoUpperFace(const Context& context, const std::string& name);
+/// The same of what would be put down.
+std::string NoLowerFace(const Context& context, const std::string& name);
+
+}  // namespace tether::constraints

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tether/constraints/core/context.h"
+#include "tether/geometry/polygon/support.h"
+
+namespace tether::constraints {
+
+/// How much of `object` must be over the support: its whole footprint where that fits, else its centre of
+/// mass.
+struct Demand {
+  std::vector<Eigen::Vector3d> points_A;  ///< Points of the object that must be over the support …
+  double margin = 0;                      ///< … by this much, m.
+  bool whole_footprint = false;
+};
+
+/// Where one thing rests on another.
+struct Placement {
+  geometry::FlatFacet foot;     ///< Of the object, in its frame.
+  geometry::FlatFacet support;  ///< Of what it stands on, in that frame.
+  int part = -1;                ///< Of what it stands on, as in UpperFace.
+};
+
+/// Of what is put down at this step on the face that is chosen, else on that which it is on before. Null if
+/// one of the two is not solid.
+std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
+                                               const std::string& on);
+/// The same, but null too if a face there is not flat.
+std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
+                                                   const std::string& on);
+/// What is put there may be put on one of several faces.
+bool HasFaces(const Context& context, const std::string& on);
+
+std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
+                                       const std::string& by, const Placement& placement, double margin);
+
+/// Polygons with more corners than this may stand for discs.
+inline constexpr size_t kMostCorners = 8;
+
+}  // namespace tether::constraints

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tether/scenario/scenario.h"
+#include "tether/symbolic/grounding/task.h"
+
+namespace tether::evaluation {
+
+/// What a check found out about one file.
+struct FileCheck {
+  std::string file;
+  std::string kind;  ///< "scenario", "action library", "events", "plan"; empty if it was not recognised.
+  std::vector<std::string> problems;  ///< Where geometry disagrees, or what a plan violates.
+  std::vector<std::string> notes;     ///< What is fine and worth knowing.
+};
+
+/// Where the scene's geometry disagrees with itself and with the PDDL initial state: solids that overlap by
+/// more than 1 mm, movable objects that hang in the air, facts on(a, b) without contact, and contacts without
+/// such a fact.
+std::vector<std::string> CheckGeometry(const scenario::Scenario& scenario);
+
+/// Checks files in formats `tether.scenario/1`, `tether.actions/1`, `tether.events/1` and `tether.plan/1`. A
+/// plan is judged by the independent checker, with the scenario among `files` that has its title, else with
+/// the one that it names. Files with mistakes are left out of what is returned; the mistakes go to
+/// `diagnostics`.
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files, Diagnostics& diagnostics);
+
+/// The same, but throws InputError with the mistakes of all files if there are any.
+std::vector<FileCheck> CheckFiles(const std::vector<std::string>& files);
+
+}  // namespace tether::evaluation

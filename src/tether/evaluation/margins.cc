@@ -1,0 +1,165 @@
+#include "tether/evaluation/margins.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tether/geometry/distance/distance.h"
+
+namespace tether::evaluation {
+
+Value WriteMargin(const Margin& margin) {
+  return Value::Object()
+      .Set("name", margin.name)
+      .Set("minimum", margin.minimum)
+      .Set("unit", margin.unit)
+      .Set("time_s", margin.time)
+      .Set("what", margin.what);
+}
+
+MarginMonitor::MarginMonitor(const scene::Scene& scene,
+                             const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                             const std::string& robot,
+                             const std::vector<control::ConstraintSpec>& constraints)
+    : constraints_(constraints),
+      scene_(scene, robot),
+      model_(models.at(robot)),
+      robot_(robot),
+      kinematics_(model_),
+      bodies_(model_, scene_.solids()) {
+  if (constraints.empty()) return;
+  const execution::BuiltConstraints built =
+      execution::BuildConstraints(constraints, scene_, bodies_, model_->dof());
+  const auto add = [&](const std::string& name, const char* unit, const char* group) {
+    margins_.push_back({name, 1e300, unit, group, 0, "", 1e300});
+    return margins_.size() - 1;
+  };
+  for (const control::ClearanceConstraint& clearance : built.clearances) {
+    for (const int object : clearance.to) {
+      const control::Solid& solid = scene_.solids()[static_cast<size_t>(object)];
+      const size_t margin =
+          add("clearance to " + solid.name, "m", solid.movable ? "objects" : "walls, table and base");
+      clearances_.push_back({margin, object, clearance.distance, clearance.of, clearance.held});
+    }
+  }
+  fields_ = built.fields;
+  for (const control::FieldConstraint& field : fields_) {
+    const bool metres = field.function->unit() == nlp::Unit::kMetre;
+    field_margins_.push_back(metres ? add(field.name, "m", "walls, table and base")
+                                    : add(field.name, "rad", "angles"));
+  }
+  joint_margin_ = built.joint_margin;
+  joint_limits_ = add("joint limits", "rad", "angles");
+  velocity_ = add("joint velocities", "rad/s", "joint velocities");
+  self_ = add("the arm itself", "m", "the arm itself");
+}
+
+void MarginMonitor::Take(size_t margin, double value, double time, const std::string& what) {
+  Margin& taken = margins_[margin];
+  taken.last = std::min(taken.last, value);
+  if (value >= taken.minimum) return;
+  taken.minimum = value;
+  taken.time = time;
+  taken.what = what;
+}
+
+bool MarginMonitor::IsAllowed(const execution::PlanRunner& runner, const std::string& a,
+                              const std::string& b) const {
+  return std::any_of(runner.allowed().begin(), runner.allowed().end(), [&](const auto& pair) {
+    return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
+  });
+}
+
+double MarginMonitor::Distance(int a, int b, double below) const {
+  double least = below;
+  for (const control::ArmBodies::Part* p = bodies_.begin(a); p != bodies_.end(a); ++p) {
+    for (const control::ArmBodies::Part* r = bodies_.begin(b); r != bodies_.end(b); ++r) {
+      if (control::ArmBodies::LowerBound(*p, *r) >= least) continue;
+      least =
+          std::min(least, geometry::SignedDistance(p->primitive, p->X_BP, r->primitive, r->X_BP).distance);
+    }
+  }
+  return least;
+}
+
+void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& runner) {
+  const int held = runner.held().empty() ? -1 : scene_.ObjectIndex(runner.held());
+  for (const Clearance& clearance : clearances_) {
+    const int b = bodies_.object(clearance.object);
+    const std::string& name = bodies_.name(b);
+    const bool to_hand = clearance.object == held || IsAllowed(runner, "hand", name);
+    // Where nothing is near, the least seen so far need not be known better.
+    const double below = 1.0;
+    double least = below;
+    std::string what;
+    const auto look = [&](int a) {
+      const double distance = Distance(a, b, least);
+      if (distance >= least) return;
+      least = distance;
+      what = bodies_.name(a);
+    };
+    for (const int a : clearance.bodies) {
+      if (bodies_.link(a) == 0 || (bodies_.link(a) == model_->dof() && to_hand)) continue;
+      look(a);
+    }
+    if (clearance.held && held >= 0 && held != clearance.object && !IsAllowed(runner, runner.held(), name)) {
+      look(bodies_.object(held));
+    }
+    Take(clearance.margin, least - clearance.distance, time, what);
+  }
+  for (const auto& [a, b] : model_->solids().pairs) {
+    Take(self_, Distance(a, b, 1.0), time, bodies_.name(a) + " and " + bodies_.name(b));
+  }
+}
+
+void MarginMonitor::ObserveField(const control::FieldConstraint& field, size_t margin, int held,
+                                 double time) {
+  const auto pose = [&](const control::Frame& frame, const math::Pose& otherwise) {
+    const int object = frame.object == control::kHeld ? held : frame.object;
+    return (object < 0 ? otherwise : bodies_.pose(bodies_.object(object)).X) * frame.X_OF;
+  };
+  if (field.frame.object != -1 && (held < 0 || (field.frame.object >= 0 && field.frame.object != held)))
+    return;
+  const std::array<math::Pose, 2> X{pose(field.target, math::Pose()), pose(field.frame, kinematics_.X_BH())};
+  Eigen::VectorXd r(field.function->size());
+  field.function->Evaluate(X, r, nullptr);
+  Take(margin, -r.maxCoeff(), time, "");
+}
+
+void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
+                            const execution::PlanRunner& runner) {
+  if (margins_.empty()) return;
+  const robot::Observation& seen = observations.at(robot_);
+  if (!seen.q.allFinite()) return;
+  for (Margin& margin : margins_) margin.last = 1e300;
+  const double time = truth.time;
+  kinematics_.Set(seen.q);
+  bodies_.PlaceArm(kinematics_, seen.gripper_opening);
+  const math::Pose X_BW = scene_.X_WBase().Inverse();
+  for (size_t i = 0; i < scene_.solids().size(); ++i) {
+    bodies_.Place(static_cast<int>(i), {X_BW * truth.X_WO.at(scene_.solids()[i].name)});
+  }
+  ObserveClearances(time, runner);
+  const int held = runner.held().empty() ? -1 : scene_.ObjectIndex(runner.held());
+  for (size_t i = 0; i < fields_.size(); ++i) ObserveField(fields_[i], field_margins_[i], held, time);
+  for (const control::FieldConstraint& field : runner.verb_fields()) {
+    const auto known =
+        std::find_if(margins_.begin(), margins_.end(), [&](const Margin& m) { return m.name == field.name; });
+    const auto margin = static_cast<size_t>(known - margins_.begin());
+    if (known == margins_.end()) {
+      const bool metres = field.function->unit() == nlp::Unit::kMetre;
+      margins_.push_back(
+          {field.name, 1e300, metres ? "m" : "rad", metres ? "regions" : "angles", 0, "", 1e300});
+    }
+    ObserveField(field, margin, held, time);
+  }
+  for (int i = 0; i < model_->dof(); ++i) {
+    const std::string& joint = model_->joint_names()[static_cast<size_t>(i)];
+    Take(joint_limits_,
+         std::min(seen.q[i] - model_->lower()[i], model_->upper()[i] - seen.q[i]) - joint_margin_, time,
+         joint);
+    Take(velocity_, model_->max_velocity()[i] - std::abs(seen.v[i]), time, joint);
+  }
+}
+
+}  // namespace tether::evaluation

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tether/common/document/value.h"
+#include "tether/control/arm_bodies.h"
+#include "tether/control/constraint_spec.h"
+#include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/robot/kinematics.h"
+#include "tether/robot/model.h"
+#include "tether/scene/scene.h"
+
+namespace tether::evaluation {
+
+/// The least that was left of one constraint over a run.
+struct Margin {
+  std::string name;
+  double minimum = 1e300;  ///< Distance (or angle) less what is required; negative: violated.
+  std::string unit;        ///< "m", "rad" or "rad/s"
+  std::string group;       ///< What is drawn together: "walls and table", "objects", "angles" …
+  double time = 0;         ///< When, s.
+  std::string what;        ///< Which bodies or joint.
+  double last = 1e300;     ///< At the last tick.
+};
+
+/// A margin in reports and records: name, minimum, unit, time_s, what.
+Value WriteMargin(const Margin& margin);
+
+/// Measures how well constraints are kept, from the true state: by the geometry of all bodies, without the
+/// controller's rows. One margin per object of a clearance, one per other constraint, then the arm against
+/// itself, and joint velocities; and one per constraint of a verb as it is first met, by its name: "cone to
+/// tray".
+class MarginMonitor {
+ public:
+  MarginMonitor(const scene::Scene& scene,
+                const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                const std::string& robot, const std::vector<control::ConstraintSpec>& constraints);
+
+  /// One tick. Pairs that `runner` allows are left out.
+  void Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
+               const execution::PlanRunner& runner);
+  const std::vector<Margin>& margins() const { return margins_; }
+
+ private:
+  struct Clearance {
+    size_t margin;
+    int object;
+    double distance;
+    std::vector<int> bodies;
+    bool held;
+  };
+
+  void Take(size_t margin, double value, double time, const std::string& what);
+  bool IsAllowed(const execution::PlanRunner& runner, const std::string& a, const std::string& b) const;
+  double Distance(int a, int b, double below) const;
+  void ObserveField(const control::FieldConstraint& field, size_t margin, int held, double time);
+  void ObserveClearances(double time, const execution::PlanRunner& runner);
+
+  std::vector<control::ConstraintSpec> constraints_;
+  execution::ControlScene scene_;
+  std::shared_ptr<const robot::Model> model_;
+  std::string robot_;
+  robot::Kinematics kinematics_;
+  control::ArmBodies bodies_;
+  std::vector<control::FieldConstraint> fields_;
+  std::vector<size_t> field_margins_;
+  std::vector<Clearance> clearances_;
+  std::vector<Margin> margins_;
+  size_t joint_limits_ = 0, self_ = 0, velocity_ = 0;
+  double joint_margin_ = 0;
+};
+
+}  // namespace tether::evaluation

@@ -1,0 +1,437 @@
+#include "tether/evaluation/run.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "tether/common/log.h"
+#include "tether/common/text.h"
+#include "tether/execution/sequencer/executive.h"
+#include "tether/execution/sequencer/velocity_executive.h"
+#include "tether/task/search/replanner.h"
+#include "apps/tether/plan_output.h"
+#include "tether/planning/plan/plan_file.h"
+#include "tether/robot/kinematics.h"
+#include "tether/sim/renderer.h"
+#include "tether/sim/world.h"
+
+namespace tether::evaluation {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Between samples of the log, s.
+constexpr double kLogPeriod = 0.05;
+// Distances above this are not measured, m.
+constexpr double kFarAway = 0.9;
+
+/// One run: world, executive and everything around their loop.
+class Run {
+ public:
+  Run(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
+      const planning::Plan& plan, const RunOptions& options)
+      : scenario_(scenario),
+        scene_(scene),
+        task_(task),
+        options_(options),
+        period_(1.0 / scenario.execution.rate),
+        world_(scene, scenario.models),
+        runner_(MakeRunner(scenario, scene, task, plan, options)),
+        margins_(scene, scenario.models, runner_->plan().robot, scenario.control_constraints),
+        cost_(plan.cost),
+        done_(options.events.size(), false) {
+    const auto& goal = options.goal ? options.goal : scenario.goal;
+    if (goal) temporal_judge_.emplace(scene, task, *goal);
+    if (!options_.snapshots.empty()) {
+      std::filesystem::create_directories(options_.snapshots);
+      renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
+    }
+  }
+
+  RunReport Execute() {
+    const auto begin = Clock::now();
+    Snapshot("start");
+    try {
+      Loop(begin);
+      if (report_.status != RunStatus::kInterrupted) Settle(begin);
+    } catch (const InputError& error) {
+      // The simulation has become unstable: an outcome of this run, not a mistake of the user.
+      report_.status = RunStatus::kFailed;
+      report_.reason = error.what();
+    }
+    Judge();
+    NameMissedEvents();
+    Snapshot("end");
+    report_.sim_time_s = world_.time();
+    report_.wall_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    report_.plan = runner_->plan();
+    report_.plan.cost = cost_;
+    report_.steps = runner_->records();
+    report_.retries = runner_->retries();
+    report_.replans = runner_->replans();
+    report_.margins = margins_.margins();
+    return std::move(report_);
+  }
+
+ private:
+  static std::unique_ptr<execution::PlanRunner> MakeRunner(const scenario::Scenario& scenario,
+                                                           const scene::Scene& scene,
+                                                           const symbolic::Task& task,
+                                                           const planning::Plan& plan,
+                                                           const RunOptions& options) {
+    const scenario::ExecutionSettings& settings = scenario.execution;
+    if (settings.controller == "constrained_velocity") {
+      execution::VelocityExecutiveOptions velocity = MakeVelocityOptions(scenario);
+      // The task outlives the run.
+      const auto ways = std::make_shared<task::Replanner>(
+          std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
+          options.goal ? options.goal : scenario.goal);
+      velocity.alternative = [ways](const auto& done, const std::string& blocked, std::string& reason) {
+        return ways->Find(done, blocked, reason);
+      };
+      return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
+                                                            velocity);
+    }
+    return std::make_unique<execution::Executive>(scene, scenario.models, plan,
+                                                  MakeExecutiveOptions(scenario));
+  }
+
+  static execution::ExecutiveOptions MakeExecutiveOptions(const scenario::Scenario& scenario) {
+    const scenario::ExecutionSettings& settings = scenario.execution;
+    execution::ExecutiveOptions options;
+    options.period = 1.0 / settings.rate;
+    if (settings.gain) options.gains.position = options.gains.rotation = *settings.gain;
+    if (settings.damping) options.gains.position_damping = options.gains.rotation_damping = *settings.damping;
+    options.gains.Validate();
+    return options;
+  }
+
+  void Loop(Clock::time_point begin) {
+    while (runner_->running()) {
+      if (options_.stop != nullptr && options_.stop->load()) {
+        report_.status = RunStatus::kInterrupted;
+        report_.reason = "interrupted";
+        return;
+      }
+      if (world_.time() > scenario_.execution.timeout_s) {
+        report_.status = RunStatus::kTimeout;
+        report_.reason =
+            "the plan was not finished after " + app::Fixed(world_.time(), 1) + " s (execution: timeout)";
+        return;
+      }
+      Tick(begin);
+    }
+    const execution::ExecutiveStatus& status = runner_->status();
+    if (status.state == execution::ExecutiveStatus::State::kFailed) {
+      report_.status = RunStatus::kFailed;
+      report_.reason = status.reason;
+    }
+  }
+
+  void Settle(Clock::time_point begin) {
+    const double end = world_.time() + options_.settle_s;
+    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+  }
+
+  void Tick(Clock::time_point begin) {
+    world_.Truth(&truth_);
+    world_.Observe(&observations_);
+    const robot::Commands& commands = runner_->Step(truth_, observations_);
+    if (runner_->running()) {
+      margins_.Observe(truth_, observations_, *runner_);
+      if (options_.log) Log();
+    }
+    FeedJudge();
+    TakeEvents();
+    Disturb();
+    world_.Apply(commands, period_);
+    if (options_.realtime) {
+      std::this_thread::sleep_until(
+          begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
+    }
+  }
+
+  /// Adds a sample to the log, twenty times a second.
+  void Log() {
+    RunLog& log = report_.log;
+    if (!log.times.empty() && world_.time() < log.times.back() + kLogPeriod - 1e-9) return;
+    const robot::Model& model = *scenario_.models.at(runner_->plan().robot);
+    const std::vector<Margin>& margins = margins_.margins();
+    if (log.series.empty()) {
+      log.scenario = scenario_.title;
+      log.seed = options_.seed;
+      for (const std::string& joint : model.joint_names()) {
+        log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
+      }
+    }
+    // Constraints of verbs come when their verbs do: they were not measured before.
+    for (; logged_margins_ < margins.size(); ++logged_margins_) {
+      const Margin& margin = margins[logged_margins_];
+      const std::vector<double> before(log.times.size(), std::nan(""));
+      log.series.insert(log.series.begin() + static_cast<std::ptrdiff_t>(logged_margins_),
+                        {margin.name, margin.unit, "Room left: " + margin.group, before, 0, 0});
+    }
+    log.times.push_back(world_.time());
+    for (size_t i = 0; i < margins.size(); ++i) {
+      const double value = margins[i].last;
+      log.series[i].values.push_back(value < kFarAway ? value : std::nan(""));
+    }
+    const Eigen::VectorXd& q = observations_.at(runner_->plan().robot).q;
+    for (int i = 0; i < model.dof(); ++i) {
+      const double half = 0.5 * (model.upper()[i] - model.lower()[i]);
+      log.series[margins.size() + static_cast<size_t>(i)].values.push_back((q[i] - model.lower()[i]) / half -
+                                                                           1);
+    }
+  }
+
+  /// Records what the executive did in this tick.
+  void TakeEvents() {
+    started_.clear();
+    for (; seen_ < runner_->events().size(); ++seen_) {
+      const execution::Event event = runner_->events()[seen_];
+      if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
+      Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
+      if (options_.log &&
+          (event.kind == execution::EventKind::kGrasped || event.kind == execution::EventKind::kReleased)) {
+        report_.log.marks.emplace_back(event.time, event.text);
+      }
+      if (event.kind == execution::EventKind::kStalled) LogContacts();
+      if (event.kind == execution::EventKind::kStepStarted ||
+          event.kind == execution::EventKind::kStepFinished)
+        LogPoses();
+      if (event.kind == execution::EventKind::kStepFinished) {
+        const auto& steps = runner_->plan().steps;
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
+                                                             : "step");
+      }
+    }
+  }
+
+  void Disturb() {
+    for (size_t i = 0; i < options_.events.size(); ++i) {
+      const scenario::Event& event = options_.events[i];
+      const bool starts = std::find(started_.begin(), started_.end(), event.starts) != started_.end();
+      const bool now = event.starts.empty() ? world_.time() >= event.time : starts;
+      if (done_[i] || !now) continue;
+      done_[i] = true;
+      Record(world_.time(), "disturbance", runner_->step(), event.Describe());
+      world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+    }
+  }
+
+  /// An event that waited for what never came is worth knowing: what was to be tried was not.
+  void NameMissedEvents() {
+    for (size_t i = 0; i < options_.events.size(); ++i) {
+      if (done_[i]) continue;
+      const scenario::Event& event = options_.events[i];
+      const std::string why = event.starts.empty() ? "the run ended before " + app::Fixed(event.time, 2) + " s"
+                                                   : "'" + event.starts + "' never started";
+      Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
+    }
+  }
+
+  /// What touches what, for --verbose: why a motion may have stopped.
+  void LogContacts() const {
+    std::vector<std::string> bodies;
+    for (const scene::Object& object : scene_.objects) bodies.push_back(object.name);
+    for (const scene::Robot& robot : scene_.robots) bodies.push_back(robot.name);
+    for (size_t i = 0; i < bodies.size(); ++i) {
+      for (size_t j = i + 1; j < bodies.size(); ++j) {
+        const double force = world_.ContactForce(bodies[i], bodies[j]);
+        if (force > 0)
+          LogDebug(bodies[i] + " and " + bodies[j] + " press with " + std::to_string(force) + " N");
+      }
+    }
+  }
+
+  /// Where things truly are, for --verbose.
+  void LogPoses() const {
+    for (const scene::Object& object : scene_.objects) {
+      if (!object.movable()) continue;
+      const math::Pose& X = truth_.X_WO.at(object.name);
+      const Eigen::Vector3d w = math::LogSO3(X.R);
+      char text[200];
+      FormatInto(text, sizeof text, "%s at (%.4f, %.4f, %.4f) m, turned (%.3f, %.3f, %.3f) rad",
+                 object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
+      LogDebug(text);
+    }
+  }
+
+  math::Pose Goal(const scenario::Event& event) const {
+    if (!event.has_goal) {
+      const math::Pose& X = truth_.X_WO.at(event.object);
+      return {event.X_by.R * X.R, event.X_by.p + X.p};
+    }
+    const auto parent = truth_.X_WO.find(event.parent);
+    return (parent != truth_.X_WO.end() ? parent->second : scene_.InitialPose(event.parent)) *
+           event.X_ParentGoal;
+  }
+
+  void Record(double time, const std::string& kind, int step, const std::string& text) {
+    report_.events.push_back({time, kind, step, text});
+    if (options_.on_event) options_.on_event(time, kind, text);
+  }
+
+  void Snapshot(const std::string& label) {
+    if (renderer_ == nullptr) return;
+    char number[16];
+    FormatInto(number, sizeof number, "%02d_", static_cast<int>(report_.snapshots.size()));
+    std::string name = number;
+    for (char c : label) {
+      if (std::isalnum(static_cast<unsigned char>(c)) || c == '-')
+        name += c;
+      else if (!name.ends_with("_"))
+        name += '_';
+    }
+    while (name.ends_with("_")) name.pop_back();
+    report_.snapshots.push_back((std::filesystem::path(options_.snapshots) / (name + ".png")).string());
+    renderer_->WritePng(world_, report_.snapshots.back());
+  }
+
+  int ActionsDone() const {
+    const auto& steps = runner_->plan().steps;
+    const int step = runner_->step();
+    return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
+                                                  : steps[static_cast<size_t>(step)].action_index;
+  }
+
+  Truth MakeTruth() const {
+    Truth truth;
+    truth.X_WO = world_.Truth().X_WO;
+    for (const auto& [name, observation] : world_.Observe()) {
+      robot::Kinematics kinematics(scenario_.models.at(name));
+      kinematics.Set(observation.q);
+      truth.X_WHand[name] = scene_.InitialPose(name) * kinematics.X_BH();
+    }
+    for (const scene::Object& object : scene_.objects)
+      truth.V_WO[object.name] = world_.ObjectVelocity(object.name);
+    truth.contact_force = [this](const std::string& a, const std::string& b) {
+      return world_.ContactForce(a, b);
+    };
+    return truth;
+  }
+
+  /// A temporal goal reads how things are at the start, after each action and in between.
+  void FeedJudge() {
+    if (!temporal_judge_) return;
+    const int done = ActionsDone();
+    const auto& actions = runner_->plan().actions;
+    if (letters_ > done) {
+      if (!temporal_judge_->NeedsSamples()) return;
+      const bool running = runner_->running() && done < static_cast<int>(actions.size());
+      return temporal_judge_->Sample(MakeTruth(), running ? actions[static_cast<size_t>(done)] : "");
+    }
+    for (; letters_ <= done; ++letters_) temporal_judge_->Observe(MakeTruth(), actions);
+  }
+
+  void Judge() {
+    const Truth truth = MakeTruth();
+    if (temporal_judge_) {
+      report_.judgement = temporal_judge_->Judge(truth);
+    } else {
+      report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+    }
+    if (report_.status != RunStatus::kNotCalled) return;
+    report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
+  }
+
+  const scenario::Scenario& scenario_;
+  const scene::Scene& scene_;
+  const symbolic::Task& task_;
+  const RunOptions& options_;
+  double period_;
+  sim::World world_;
+  std::unique_ptr<execution::PlanRunner> runner_;
+  MarginMonitor margins_;
+  std::optional<TemporalJudge> temporal_judge_;
+  int letters_ = 0;  ///< That the judge has read.
+  double cost_ = 0;
+  std::unique_ptr<sim::Renderer> renderer_;
+  scene::WorldEstimate truth_;
+  robot::Observations observations_;
+  size_t seen_ = 0;
+  size_t logged_margins_ = 0;         ///< That have a series in the log.
+  std::vector<std::string> started_;  ///< Actions that started in this tick.
+  std::vector<bool> done_;            ///< Per disturbance.
+  RunReport report_;
+};
+
+}  // namespace
+
+std::string ToString(RunStatus status) {
+  switch (status) {
+    case RunStatus::kNotCalled:
+      return "not_called";
+    case RunStatus::kSuccess:
+      return "success";
+    case RunStatus::kGoalMissed:
+      return "goal_missed";
+    case RunStatus::kFailed:
+      return "failed";
+    case RunStatus::kTimeout:
+      return "timeout";
+    case RunStatus::kInterrupted:
+      return "interrupted";
+  }
+  return "not_called";
+}
+
+execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario) {
+  const scenario::ExecutionSettings& settings = scenario.execution;
+  execution::VelocityExecutiveOptions options;
+  options.period = 1.0 / settings.rate;
+  if (settings.gain) options.controller.gain = *settings.gain;
+  if (settings.damping) options.controller.damping = *settings.damping;
+  options.constraints = scenario.control_constraints;
+  return options;
+}
+
+RunReport RunPlan(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
+                  const planning::Plan& plan, const RunOptions& options) {
+  return Run(scenario, scene, task, plan, options).Execute();
+}
+
+Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed) {
+  Value actions = Value::Array(), steps = Value::Array(), events = Value::Array(), facts = Value::Array();
+  for (const std::string& action : report.plan.actions) actions.Append(action);
+  for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
+    const execution::StepRecord& record = report.steps[i];
+    Value step = planning::WriteStep(report.plan.steps[i], false);
+    step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
+    step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
+    steps.Append(step);
+  }
+  for (const RunEvent& event : report.events) {
+    events.Append(Value::Object()
+                      .Set("time_s", event.time)
+                      .Set("kind", event.kind)
+                      .Set("step", event.step)
+                      .Set("text", event.text));
+  }
+  for (const GoalFact& fact : report.judgement.facts) {
+    facts.Append(Value::Object()
+                     .Set("atom", fact.atom)
+                     .Set("holds", fact.holds)
+                     .Set("judged_by", fact.geometric ? "geometry" : "effects")
+                     .Set("lapsed", fact.lapsed));
+  }
+  Value margins = Value::Array();
+  for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
+  Value snapshots = Value::Array();
+  for (const std::string& file : report.snapshots) snapshots.Append(file);
+  Value value = app::OutputHeader("tether.run/1", seed);
+  value.Set("scenario", scenario).Set("status", ToString(report.status));
+  value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
+  value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
+  value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
+  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
+  value.Set("snapshots", snapshots);
+  return value;
+}
+
+}  // namespace tether::evaluation

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/execution/sequencer/velocity_executive.h"
+#include "tether/evaluation/judge.h"
+#include "tether/evaluation/margins.h"
+#include "tether/evaluation/run_log.h"
+#include "tether/scenario/scenario.h"
+#include "tether/planning/plan/plan.h"
+
+namespace tether::evaluation {
+
+struct RunOptions {
+  uint64_t seed = 0;
+  std::vector<scenario::Event> events;               ///< Disturbances.
+  bool realtime = false;                   ///< Not faster than the clock on the wall.
+  std::string snapshots;                   ///< Folder for a picture at each step boundary; empty: none.
+  std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
+  bool log = false;                        ///< Record margins and joints in RunReport::log.
+  double settle_s = 1.0;  ///< Simulated time between the end of the plan and the judgement, s.
+  const std::atomic<bool>* stop = nullptr;
+  /// Called for everything that happens, in order: time (s), a word for the kind, text for people.
+  std::function<void(double, const std::string&, const std::string&)> on_event;
+};
+
+/// How a run ended.
+enum class RunStatus {
+  kNotCalled,
+  kSuccess,      ///< The plan was executed and the goal is reached.
+  kGoalMissed,   ///< The plan was executed, but the goal is not reached.
+  kFailed,       ///< Execution failed: see `reason`.
+  kTimeout,      ///< The scenario's execution timeout passed.
+  kInterrupted,  ///< Stopped by the user.
+};
+/// "success", "goal_missed", "failed", "timeout" or "interrupted".
+std::string ToString(RunStatus status);
+
+struct RunEvent {
+  double time = 0;   ///< s
+  std::string kind;  ///< An execution::EventKind by name, or "disturbance".
+  int step = -1;
+  std::string text;
+};
+
+struct RunReport {
+  RunStatus status = RunStatus::kNotCalled;
+  std::string reason;
+  Judgement judgement;
+  double sim_time_s = 0;
+  double wall_s = 0;
+  planning::Plan plan;
+  std::vector<execution::StepRecord> steps;
+  int retries = 0;
+  int replans = 0;
+  std::vector<RunEvent> events;
+  std::vector<Margin> margins;         ///< Of the scenario's control constraints, while the plan ran.
+  std::vector<std::string> snapshots;  ///< Files written.
+  RunLog log;                          ///< If asked for.
+
+  bool ok() const { return status == RunStatus::kSuccess; }
+};
+
+/// How the scenario sets the velocity controller.
+execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario);
+
+/// Executes a plan in the simulation, starting from `scene`, and judges the scenario's goal from the
+/// simulator's true state. The same scenario, scene, plan and events give the same run, bit for bit. Throws
+/// InputError for what can't be simulated or executed.
+RunReport RunPlan(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
+                  const planning::Plan& plan, const RunOptions& options);
+
+/// The report in format `tether.run/1`.
+Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed);
+
+}  // namespace tether::evaluation

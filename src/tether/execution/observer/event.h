@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tether/common/document/value.h"
+
+namespace tether::execution {
+
+/// What happened during execution.
+enum class EventKind {
+  kActionStarted,  ///< `text` is the action: "pick(box)".
+  kStepStarted,
+  kStepFinished,
+  kContact,    ///< The contact that a verb waited for.
+  kNoContact,  ///< A verb that waited for contact ended at its pose without.
+  kGrasped,
+  kReleased,
+  kGraspMissed,      ///< The gripper closed on nothing.
+  kGraspLost,        ///< The object no longer moves with the hand.
+  kPlaceMissed,      ///< What was put down is not in its region.
+  kPushSlipped,      ///< The pushed object is not where it was pushed to.
+  kStalled,          ///< A verb made no progress.
+  kDetour,           ///< The arm goes round what holds it up, along a path in joint space.
+  kReplanned,        ///< What can't be done is done without: the plan goes on with other actions.
+  kClearance,        ///< The hand could not rise to a safe height, and went on below it.
+  kRetry,            ///< Execution resumes at `step`.
+  kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.
+  kSafety,           ///< The controller kept the arm from something: see `text`.
+  kFinished,
+  kFailed,
+};
+
+/// "step_started", …: the kind's name in files.
+std::string_view ToString(EventKind kind);
+
+struct Event {
+  double time = 0;  ///< s
+  EventKind kind = EventKind::kStepStarted;
+  int step = 0;      ///< Index into the plan's steps.
+  std::string text;  ///< For people.
+};
+
+/// {time_s, kind, step, text}.
+Value ToValue(const Event& event);
+
+}  // namespace tether::execution

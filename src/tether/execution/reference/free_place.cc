@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/geometry/distance/distance.h"
+#include "tether/geometry/distance/query.h"
+#include "tether/geometry/polygon/support.h"
+
+namespace tether::execution {
+namespace {
+
+using Eigen::Vector3d;
+
+// What would overlap by more than this is in the way, m.
+constexpr double kOverlap = 0.001;
+// Another place has this much room, m.
+constexpr double kRoom = 0.005;
+// Other places: on circles about the planned one, this far apart, up to a greatest radius, m.
+constexpr double kRing = 0.004, kFurthest = 0.06;
+constexpr int kDirections = 16;
+// A corner is over what carries it if that begins so far below it at most, m.
+constexpr double kOver = 0.01;
+
+}  // namespace
+
+bool Executive::Impl::PutsDown() const {
+  if (step().push || step().control == kNone || held_ != step().control) return false;
+  if (step().target.object == kNone) return false;
+  return std::any_of(verbs().begin(), verbs().end(), [](const planning::Verb& verb) {
+    const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+    return gripper != nullptr && gripper->close_on.empty();
+  });
+}
+
+// The least distance of what is held, at this pose, from what it is not put on.
+double Executive::Impl::RoomAt(const math::Pose& X_WC, int* nearest) const {
+  double room = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    const int object = static_cast<int>(i);
+    if (MovesWithHand(object) || object == step().target.object) continue;
+    const double distance = geometry::SignedDistance(scene_.objects[static_cast<size_t>(held_)].shape, X_WC,
+                                                     scene_.objects[i].shape, objects_[i].X_WF())
+                                .distance;
+    if (distance >= room) continue;
+    room = distance;
+    *nearest = object;
+  }
+  return room;
+}
+
+// How many corners of the foot of what is held are over what carries it.
+int Executive::Impl::CornersOver(const math::Pose& X_WC) const {
+  const geometry::Shape& shape = scene_.objects[static_cast<size_t>(held_)].shape;
+  const auto carrier = static_cast<size_t>(step().target.object);
+  int over = 0;
+  for (const Vector3d& corner : geometry::SupportPolygon(shape, -X_WC.R.row(2).transpose()).points) {
+    const Vector3d from = X_WC * corner + kOver * Vector3d::UnitZ();
+    over += geometry::CastRay(scene_.objects[carrier].shape, objects_[carrier].X_WF(), from,
+                              -Vector3d::UnitZ(), geometry::RayStart::kIgnore, 2 * kOver)
+                .has_value();
+  }
+  return over;
+}
+
+// What is put down goes where the plan has it, unless something has come to stand there since: then to the
+// nearest place on the same surface that is free.
+void Executive::Impl::FindFreePlace() {
+  const math::Pose X_WT = X_WF(step().target);
+  const math::Pose X_WC = X_WT * plan_step().X_TC;
+  X_TC_ = plan_step().X_TC;
+  int blocking = kNone;
+  if (RoomAt(X_WC, &blocking) > -kOverlap) return;
+  const int corners = CornersOver(X_WC);
+  for (double radius = kRing; radius <= kFurthest; radius += kRing) {
+    double most = kRoom;
+    for (int k = 0; k < kDirections; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kDirections;
+      const math::Pose X_WFree(X_WC.R, X_WC.p + radius * Vector3d(std::cos(angle), std::sin(angle), 0));
+      int ignored = kNone;
+      const double room = RoomAt(X_WFree, &ignored);
+      if (room <= most || CornersOver(X_WFree) < corners) continue;
+      most = room;
+      X_TC_ = math::Between(X_WT, X_WFree);
+    }
+    if (most == kRoom) continue;
+    Record(EventKind::kReplanned, "'" + plan_step().control + "' is put " + Millimetres(radius) +
+                                      " beside its pose: '" +
+                                      scene_.objects[static_cast<size_t>(blocking)].name + "' stands there");
+    return;
+  }
+}
+
+}  // namespace tether::execution

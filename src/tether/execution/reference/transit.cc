@@ -1,0 +1,132 @@
+#include "tether/execution/reference/transit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "tether/geometry/distance/bounds.h"
+
+namespace tether::execution {
+namespace {
+
+// So near above the goal (m, rad) the way leads down, whatever stands beside it.
+constexpr double kAboveGoal = 0.01;
+constexpr double kTurned = 0.1;
+// So far below the safe height the way leads across already, m.
+constexpr double kRisen = 0.01;
+// So far beside the line (m) the last stretch may still go on; beyond, it starts this many times the excess
+// before the goal.
+constexpr double kBeside = 0.01;
+constexpr double kFunnelSlope = 2;
+
+// Half extents of a primitive along the axes of the frame whose rotation is R.
+Eigen::Vector3d HalfExtents(const geometry::Primitive& primitive, const Eigen::Matrix3d& R) {
+  const auto half = [&](const auto& p) -> Eigen::Vector3d {
+    using T = std::decay_t<decltype(p)>;
+    if constexpr (std::is_same_v<T, geometry::Box>) {
+      return R.cwiseAbs() * (0.5 * p.size);
+    } else if constexpr (std::is_same_v<T, geometry::Sphere>) {
+      return Eigen::Vector3d::Constant(p.radius);
+    } else if constexpr (std::is_same_v<T, geometry::Capsule>) {
+      return R.col(2).cwiseAbs() * (0.5 * p.length) + Eigen::Vector3d::Constant(p.radius);
+    } else if constexpr (std::is_same_v<T, geometry::Hull>) {
+      return Eigen::Vector3d::Zero();  // not centred; BoundsOf never asks
+    } else {
+      const Eigen::Array3d across = (1 - R.col(2).array().square()).max(0).sqrt();
+      return R.col(2).cwiseAbs() * (0.5 * p.length) + (p.radius * across).matrix();
+    }
+  };
+  return std::visit(half, primitive);
+}
+
+// The part [*from, *to] of s ∈ [0, 1] in which a + s (b − a) lies inside (lower, upper); false if there is
+// none.
+bool Clip(double a, double b, double lower, double upper, double* from, double* to) {
+  const double d = b - a;
+  if (std::abs(d) < 1e-12) return a > lower && a < upper;
+  double s0 = (lower - a) / d;
+  double s1 = (upper - a) / d;
+  if (s0 > s1) std::swap(s0, s1);
+  *from = std::max(*from, s0);
+  *to = std::min(*to, s1);
+  return *from <= *to;
+}
+
+}  // namespace
+
+Bounds BoundsOf(const geometry::Primitive& primitive, const math::Pose& X_FP) {
+  if (std::holds_alternative<geometry::Hull>(primitive)) {
+    const geometry::Aabb box = geometry::BoundingBox(primitive, X_FP);
+    return {box.lower, box.upper};
+  }
+  const Eigen::Vector3d half = HalfExtents(primitive, X_FP.R);
+  return {X_FP.p - half, X_FP.p + half};
+}
+
+Bounds Union(const Bounds& a, const Bounds& b) {
+  return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
+}
+
+Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_from,
+                     const Eigen::Vector3d& p_to, const std::vector<Bounds>& obstacles,
+                     const TransitMargins& margins, double ceiling) {
+  Passage passage;
+  for (const Bounds& part : body) {
+    for (const Bounds& obstacle : obstacles) {
+      const double needed = obstacle.upper.z() + margins.above - part.lower.z();
+      if (needed > ceiling || (passage.blocked && needed <= passage.height)) continue;
+      double from = 0;
+      double to = 1;
+      bool meets = true;
+      for (int axis = 0; axis < 2 && meets; ++axis) {
+        meets = Clip(p_from[axis], p_to[axis], obstacle.lower[axis] - part.upper[axis] - margins.side,
+                     obstacle.upper[axis] - part.lower[axis] + margins.side, &from, &to);
+      }
+      if (!meets) continue;
+      const double z0 = p_from.z() + from * (p_to.z() - p_from.z());
+      const double z1 = p_from.z() + to * (p_to.z() - p_from.z());
+      if (std::min(z0, z1) >= needed) continue;
+      if (std::max(z0, z1) + part.upper.z() + margins.above < obstacle.lower.z()) continue;
+      passage.blocked = true;
+      passage.height = needed;
+    }
+  }
+  return passage;
+}
+
+math::Pose TransitWaypoint(const Passage& passage, const math::Pose& X_WR, const math::Pose& X_WG) {
+  if (!passage.blocked) return X_WG;
+  const bool above_goal = (X_WG.p - X_WR.p).head<2>().norm() < kAboveGoal &&
+                          math::AngleBetween(X_WG.R, X_WR.R) < kTurned &&
+                          X_WR.p.z() > X_WG.p.z() - kAboveGoal;
+  if (above_goal) return X_WG;
+  const double height = std::max(passage.height, X_WG.p.z());
+  if (X_WR.p.z() < height - kRisen) {
+    return {X_WR.R, Eigen::Vector3d(X_WR.p.x(), X_WR.p.y(), height)};
+  }
+  return {X_WG.R, Eigen::Vector3d(X_WG.p.x(), X_WG.p.y(), height)};
+}
+
+math::Pose DrawWithin(const math::Pose& X_WH, const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& p_WCentre,
+                      double radius) {
+  const Eigen::Vector3d from_centre = X_WH * p_HQ - p_WCentre;
+  const double beyond = from_centre.norm() - radius;
+  if (beyond <= 0) return X_WH;
+  return {X_WH.R, X_WH.p - beyond * from_centre.normalized()};
+}
+
+math::Pose FunnelWaypoint(const math::Pose& X_TG, const Eigen::Vector3d& direction, double length,
+                          const math::Pose& X_TR, const math::Pose& X_TH) {
+  const Eigen::Vector3d offset = X_TH.p - X_TG.p;
+  const double beside =
+      (offset - direction * direction.dot(offset)).norm() + 0.1 * math::AngleBetween(X_TH.R, X_TG.R);
+  const double back = std::clamp(kFunnelSlope * (beside - kBeside), 0.0, length);
+  if (back == 0) return X_TG;
+  const double before = -(X_TR.p - X_TG.p).dot(direction);
+  if (before < back - kRisen) return {X_TR.R, X_TR.p - direction * (back - before)};
+  return {X_TG.R, X_TG.p - direction * back};
+}
+
+}  // namespace tether::execution

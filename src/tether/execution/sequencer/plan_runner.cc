@@ -1,0 +1,17 @@
+#include "tether/execution/sequencer/plan_runner.h"
+
+#include "tether/control/constrained_velocity.h"
+
+namespace tether::execution {
+
+const std::vector<std::pair<std::string, std::string>>& PlanRunner::allowed() const {
+  static const std::vector<std::pair<std::string, std::string>> none;
+  return none;
+}
+
+const std::vector<control::FieldConstraint>& PlanRunner::verb_fields() const {
+  static const std::vector<control::FieldConstraint> none;
+  return none;
+}
+
+}  // namespace tether::execution

@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tether/common/text.h"
+#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/geometry/distance/distance.h"
+
+namespace tether::execution {
+namespace {
+
+using Eigen::Vector3d;
+
+// The object is led back to the straight line to its place within about this length, m.
+constexpr double kLookAhead = 0.025;
+// Contacts creep sideways under a steady load: what that takes to make up for is learned at this rate, 1/s.
+constexpr double kDriftRate = 1.0;
+// The reference takes up this share of what the object still lacks per second: slowly enough that nothing is
+// pushed beyond its place, from where no tool could pull it back, 1/s.
+constexpr double kPushRate = 4;
+constexpr double kReferenceRate = 12;  // 1/s, of PoseReference
+// So near the object is at its place, along the push, m; a push that lasts goes on to the middle of what is
+// allowed.
+constexpr double kThere = 0.0005;
+// Of the friction angle, how much the direction in which the tool presses may use.
+constexpr double kConeShare = 0.7;
+constexpr double kLeastFriction = 0.1;
+// Pressing turns an object by no more than its way times this, rad/m.
+constexpr double kTurnPerWay = 25;
+// Tool and object further apart than this do not tell in which direction is pressed, m.
+constexpr double kApart = 0.02;
+// A pusher that moved so far without taking the object along has lost it.
+constexpr double kPushSlack = 0.06;  // m
+constexpr double kPushShare = 0.3;
+// The tool backs off by this before anything else happens: what rises along a side drags it along, m.
+constexpr double kBackOff = 0.01;
+constexpr double kBackOffTime = 1.0;  // s, at most
+
+// The fingers hold a tool harder by this many times what the object's friction may press it with.
+constexpr double kGrip = 3;
+constexpr double kGravity = 9.81;  // m/s²
+
+// What the plan has the fingers close with, N.
+double PlannedForce(const planning::PlanStep& grasp) {
+  double force = 0;
+  for (const planning::Verb& verb : grasp.execute) {
+    const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+    if (gripper != nullptr && !gripper->close_on.empty()) force = gripper->force;
+  }
+  return force;
+}
+
+Vector3d Level(const Vector3d& v_W) { return {v_W.x(), v_W.y(), 0}; }
+
+}  // namespace
+
+void Executive::Impl::EnterPush() {
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Pose& X_WC = X_WO(step().control);
+  now_.X_TC_start = math::Between(X_WT, X_WC);
+  const scene::Object& object = scene_.objects[static_cast<size_t>(step().control)];
+  const bool hand = step().tool == kNone;
+  const geometry::Shape& tool = hand ? hand_shape_ : scene_.objects[static_cast<size_t>(step().tool)].shape;
+  const geometry::Distance touch =
+      geometry::SignedDistance(tool, hand ? X_WH_ : X_WO(step().tool), object.shape, X_WC);
+  // Along the normal where they touch; from afar, along the way.
+  Vector3d normal_W = Level(X_WT.R * (plan_step().X_TC.p - now_.X_TC_start.p));
+  if (const Vector3d n_W = Level(touch.n_W); touch.distance < kApart && n_W.norm() > 0.5) normal_W = n_W;
+  if (normal_W.norm() < 1e-9) normal_W = Level(X_WC.p - X_WH_.p);
+  now_.normal_C = X_WC.R.transpose() * normal_W.normalized();
+  double friction = object.friction;
+  if (!hand) friction = std::min(friction, scene_.objects[static_cast<size_t>(step().tool)].friction);
+  if (!hand && step().grasp_step != kNone) {
+    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]) +
+                         kGrip * object.friction * object.mass.value_or(0) * kGravity;
+    gripper_.force = std::min(force, model_->gripper().max_force);
+  }
+  now_.slope = std::tan(kConeShare * std::atan(std::max(friction, kLeastFriction)));
+}
+
+// The object goes along the straight line from where it stood to its place. It moves with the tool, so what
+// the object lacks the tool's reference is moved by, at each tick: whatever the tool slips, the load bends
+// the arm, or the object turns is made up for. The direction stays within the friction cone about the normal
+// of the contact, and turning is paid for by way, so that corrections end where the push does. Lynch and
+// Mason, "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
+Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
+  if (PushSlips()) return Outcome::kAborted;
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Pose X_TC = math::Between(X_WT, X_WO(step().control));
+  const math::Pose& X_TC_goal = plan_step().X_TC;
+  const Vector3d line = X_TC_goal.p - now_.X_TC_start.p;
+  const double length = line.norm();
+  const Vector3d u = length > 1e-6 ? Vector3d(line / length) : Vector3d(X_TC.R * now_.normal_C);
+  StepRecord& record = records_[static_cast<size_t>(step_)];
+  record.position_error = (X_TC.p - X_TC_goal.p).norm();
+  record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
+
+  // What the object lacks: to a point of the line ahead of it, and in angle.
+  const double ahead = std::min(length, (X_TC.p - now_.X_TC_start.p).dot(u) + kLookAhead);
+  const Vector3d lack = now_.X_TC_start.p + ahead * u - X_TC.p;
+  const Vector3d n = X_TC.R * now_.normal_C;
+  const double forward = lack.dot(n);
+  if (forward <= kThere) {
+    now_.phase = 2;
+    now_.entered = false;
+    return Outcome::kRunning;
+  }
+  Vector3d beside = lack - forward * n;
+  beside -= X_WT.R.row(2).transpose() * X_WT.R.row(2).dot(beside);  // it stays on its surface
+  Vector3d off = now_.X_TC_start.p - X_TC.p;                        // the shortest way back to the line
+  off -= u * u.dot(off);
+  now_.drift_T += kDriftRate * options_.period * (off - n * n.dot(off));
+  if (const double most = now_.slope * kLookAhead; now_.drift_T.norm() > most)
+    now_.drift_T *= most / now_.drift_T.norm();
+  beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
+  if (const double most = now_.slope * forward; beside.norm() > most) beside *= most / beside.norm();
+  Vector3d turn = math::LogSO3(X_TC_goal.R * X_TC.R.transpose());
+  if (const double most = kTurnPerWay * forward; turn.norm() > most) turn *= most / turn.norm();
+
+  const double share = kPushRate / kReferenceRate;
+  const math::Pose& X_TR = reference_.X_TR();
+  const Eigen::Matrix3d R = math::ExpSO3(share * turn);
+  now_.X_TG.R = R * X_TR.R;
+  now_.X_TG.p = X_TC.p + share * (forward * n + beside) + R * (X_TR.p - X_TC.p);
+  now_.speed = verb.speed;
+  if (OutOfReach(now_.X_TG)) {
+    Abort(EventKind::kStalled, "'" + plan_step().target + "' is where the arm can't reach the pose",
+          step().action_start, false);
+    return Outcome::kAborted;
+  }
+
+  // The reference moves as long as something is lacking: only the object tells of progress.
+  const double left = (X_TC.p - X_TC_goal.p).norm();
+  if (left < now_.least_left - 0.001) {
+    now_.least_left = left;
+    now_.progress_time = time_;
+  }
+  if (time_ - now_.progress_time < options_.stall_time && time_ - now_.start < options_.verb_timeout)
+    return Outcome::kRunning;
+  if (left <= options_.push_limit) {
+    Record(EventKind::kStalled, "the push ends " + Millimetres(left) + " from its pose");
+    now_.phase = 2;
+    now_.entered = false;
+    return Outcome::kRunning;
+  }
+  Abort(EventKind::kStalled, "the push stalled " + Millimetres(left) + " from its pose", step().action_start,
+        false);
+  return Outcome::kAborted;
+}
+
+bool Executive::Impl::PushSlips() {
+  const math::Pose X_TC = math::Between(X_WF(frame_), X_WO(step().control));
+  const double tool_way = (reference_.X_TR().p - now_.X_TH_start.p).norm();
+  const double object_way = (X_TC.p - now_.X_TC_start.p).norm();
+  if (tool_way < kPushSlack || object_way > kPushShare * (tool_way - kPushSlack / 2)) return false;
+  Abort(EventKind::kPushSlipped, "'" + plan_step().control + "' does not move with its pusher",
+        step().action_start, false);
+  return true;
+}
+
+// The tool backs off, then what became of the object is judged.
+Outcome Executive::Impl::FinishPush() {
+  if (!now_.entered) {
+    now_.entered = true;
+    now_.start = time_;
+    const Vector3d back_W = -(X_WO(step().control).R * now_.normal_C);
+    SwitchFrame({});
+    ResetReferenceToHand();
+    now_.X_TG.p += kBackOff * back_W;
+    now_.speed = 0.05;
+  }
+  if (step().tool != kNone && step().grasp_step != kNone) {
+    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]);
+    gripper_.force = std::min(force, model_->gripper().max_force);
+  }
+  const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.001;
+  if (!arrived && time_ - now_.start < kBackOffTime) return Outcome::kRunning;
+  const math::Pose X_TC = math::Between(X_WF(step().target), X_WO(step().control));
+  const math::Pose& X_TC_goal = plan_step().X_TC;
+  const Vector3d error = X_TC.p - X_TC_goal.p;
+  const Vector3d way = X_TC_goal.p - now_.X_TC_start.p;
+  const double along = way.norm() > 1e-6 ? error.dot(way.normalized()) : 0;
+  const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
+  StepRecord& record = records_[static_cast<size_t>(step_)];
+  record.position_error = error.norm();
+  record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
+  if (error.norm() <= options_.push_tolerance && record.rotation_error <= options_.push_angle)
+    return Outcome::kDone;
+  char degrees[32];
+  FormatInto(degrees, sizeof degrees, "%.1f degrees", record.rotation_error * 180 / M_PI);
+  const std::string text = "'" + plan_step().control + "' ends " + Millimetres(along) + " along and " +
+                           Millimetres(lateral) + " beside its pose, turned by " + degrees;
+  const int action = plan_step().action_index;
+  // From before its pose it can be pushed on.
+  const bool again = along < -options_.push_tolerance && retries_[action] < options_.max_retries;
+  if (error.norm() <= options_.push_limit && !again) {
+    Record(EventKind::kPushSlipped, text);
+    return Outcome::kDone;
+  }
+  Abort(EventKind::kPushSlipped, text, step().action_start, false);
+  return Outcome::kAborted;
+}
+
+}  // namespace tether::execution

@@ -1,0 +1,156 @@
+#include "tether/execution/sequencer/resolved_plan.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "tether/common/error.h"
+
+namespace tether::execution {
+namespace {
+
+int IndexOf(const scene::Scene& scene, const std::string& object) {
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].name == object) return static_cast<int>(i);
+  }
+  return kNone;
+}
+
+std::vector<std::string> FrameNames(const scene::Scene& scene, bool control) {
+  std::vector<std::string> names;
+  for (const auto& object : scene.objects) names.push_back(object.name);
+  if (control) {
+    names.emplace_back("hand");
+    return names;
+  }
+  for (const auto& region : scene.regions) names.push_back(region.name);
+  for (const auto& robot : scene.robots) names.push_back(robot.name);
+  names.emplace_back(scene::kWorld);
+  return names;
+}
+
+// A region or a robot's base is fixed to the object, if any, that it descends from.
+std::optional<AttachedFrame> FindTarget(const scene::Scene& scene, const std::string& name) {
+  math::Pose X_NameFrame;
+  std::string frame = name;
+  for (size_t depth = 0; depth <= scene.regions.size() + scene.robots.size(); ++depth) {
+    if (frame == scene::kWorld) return AttachedFrame{kNone, X_NameFrame};
+    if (const int object = IndexOf(scene, frame); object != kNone) return AttachedFrame{object, X_NameFrame};
+    if (const scene::Region* region = scene.FindRegion(frame)) {
+      X_NameFrame = region->X_ParentRegion * X_NameFrame;
+      frame = region->parent;
+    } else if (const scene::Robot* robot = scene.FindRobot(frame)) {
+      X_NameFrame = robot->X_ParentBase * X_NameFrame;
+      frame = robot->parent;
+    } else {
+      return std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string UnknownName(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = NearestMatch(name, known);
+  return nearest.empty() ? JoinAlternatives(known) : "'" + nearest + "'?";
+}
+
+bool Finite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); }
+
+// What is wrong with the numbers of a verb, or empty.
+std::string CheckVerb(const planning::Verb& verb) {
+  if (const auto* reach = std::get_if<planning::ReachVerb>(&verb)) {
+    if (!reach->objective.empty()) {
+      return "reach with objective '" + reach->objective + "' needs a controller that takes objectives";
+    }
+    const bool good = reach->offset.allFinite() && reach->speed > 0 && std::isfinite(reach->speed) &&
+                      reach->position_tolerance > 0 && reach->rotation_tolerance > 0;
+    return good ? "" : "reach: offset must be finite, speed and tolerances above 0";
+  }
+  if (const auto* shift = std::get_if<planning::ShiftVerb>(&verb)) {
+    const bool good = shift->by.allFinite() && shift->speed > 0 && std::isfinite(shift->speed);
+    return good ? "" : "shift: `by` must be finite, speed above 0";
+  }
+  if (const auto* gripper = std::get_if<planning::GripperVerb>(&verb)) {
+    return gripper->close_on.empty() || gripper->force > 0 ? "" : "gripper: force must be above 0";
+  }
+  const auto& wait = std::get<planning::WaitVerb>(verb);
+  return wait.seconds >= 0 && std::isfinite(wait.seconds) ? "" : "wait: seconds must be finite, not negative";
+}
+
+}  // namespace
+
+ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
+  Diagnostics diagnostics;
+  ResolvedPlan resolved;
+  int held = kNone;
+  int grasp_step = kNone;
+  for (size_t i = 0; i < plan.steps.size(); ++i) {
+    planning::PlanStep& step = plan.steps[i];
+    ResolvedStep r;
+    const std::string where = "step " + std::to_string(i) + " (" + step.action + "): ";
+    if (step.execute.empty()) step.execute.emplace_back(planning::ReachVerb{});
+    if (!Finite(step.X_TC)) diagnostics.Add({}, where + "the pose is not finite");
+    if (step.control != "hand") {
+      r.control = IndexOf(scene, step.control);
+      if (r.control == kNone) {
+        diagnostics.Add({}, where + "unknown control frame '" + step.control + "'",
+                        UnknownName(step.control, FrameNames(scene, true)));
+      }
+    }
+    if (const auto target = FindTarget(scene, step.target)) {
+      r.target = *target;
+    } else {
+      diagnostics.Add({}, where + "unknown target frame '" + step.target + "'",
+                      UnknownName(step.target, FrameNames(scene, false)));
+    }
+    const bool same_action = i > 0 && plan.steps[i - 1].action_index == step.action_index;
+    r.action_start = same_action ? resolved.steps.back().action_start : static_cast<int>(i);
+    r.grasp_step = grasp_step;
+    r.tool = r.control;
+    if (r.control != held && r.control != kNone) {
+      r.push = true;
+      r.tool = held;
+      const std::string tool = held == kNone ? "hand" : scene.objects[held].name;
+      bool found = false;
+      for (size_t j = i; j-- > 0 && !found;) {
+        if (plan.steps[j].control != tool || plan.steps[j].target != step.control) continue;
+        found = true;
+        r.X_CTool = plan.steps[j].X_TC;
+      }
+      if (!found) {
+        diagnostics.Add(
+            {}, where + "'" + step.control + "' is not held, and no step before brings '" + tool + "' to it",
+            "a step with control '" + tool + "' and target '" + step.control + "'");
+      }
+    }
+    bool reached = false;
+    for (size_t k = 0; k < step.execute.size(); ++k) {
+      const planning::Verb& verb = step.execute[k];
+      if (const std::string wrong = CheckVerb(verb); !wrong.empty()) diagnostics.Add({}, where + wrong);
+      if (std::holds_alternative<planning::ReachVerb>(verb) && !reached) {
+        reached = true;
+        r.first_reach = static_cast<int>(k);
+      }
+      r.close_on.push_back(kNone);
+      const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+      if (gripper == nullptr) continue;
+      held = kNone;
+      grasp_step = kNone;
+      if (gripper->close_on.empty()) continue;
+      held = IndexOf(scene, gripper->close_on);
+      grasp_step = static_cast<int>(i);
+      r.close_on.back() = held;
+      if (held == kNone) {
+        diagnostics.Add({}, where + "the gripper closes on '" + gripper->close_on + "', which is no object",
+                        UnknownName(gripper->close_on, FrameNames(scene, true)));
+      }
+    }
+    resolved.steps.push_back(std::move(r));
+  }
+  diagnostics.ThrowIfAny();
+  resolved.plan = std::move(plan);
+  return resolved;
+}
+
+}  // namespace tether::execution

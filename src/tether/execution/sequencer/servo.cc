@@ -1,0 +1,223 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/geometry/distance/distance.h"
+
+namespace tether::execution {
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s²
+// The null-space posture moves towards its goal at most this fast, rad/s.
+constexpr double kPostureSpeed = 0.8;
+// The payload's weight is taken over within this time after grasping, s.
+constexpr double kTakeOver = 0.3;
+// Obstacles are looked for every so many ticks.
+constexpr int kObstacleTicks = 4;
+// Objects whose parts are all further than this from the grasp point are not looked at, m.
+constexpr double kFar = 0.3;
+// A hand this many leashes behind is no longer pulled to its reference; the reference starts over from the
+// hand.
+constexpr double kLostHand = 3;
+// On its way round things the wrist stays this far within the arm's reach, m.
+constexpr double kWithinReach = 0.04;
+
+}  // namespace
+
+math::Pose Executive::Impl::X_WF(const AttachedFrame& frame) const {
+  return frame.object == kNone ? frame.X_OF : X_WO(frame.object) * frame.X_OF;
+}
+
+math::Vector6d Executive::Impl::V_WF(const AttachedFrame& frame) const {
+  math::Vector6d V = math::Vector6d::Zero();
+  if (frame.object == kNone) return V;
+  const FrameTracker& object = objects_[static_cast<size_t>(frame.object)];
+  V = object.V_WF();
+  const Eigen::Vector3d p_OF_W = object.X_WF().R * frame.X_OF.p;
+  V.head<3>() += V.tail<3>().cross(p_OF_W);
+  return V;
+}
+
+// The reference keeps its pose and velocity in the world, but now goes along with another frame.
+void Executive::Impl::SwitchFrame(const AttachedFrame& frame) {
+  const auto velocity_at = [this](const AttachedFrame& f, const math::Pose& X_WFrame,
+                                  const Eigen::Vector3d& p_W) {
+    math::Vector6d V = V_WF(f);
+    V.head<3>() += V.tail<3>().cross(p_W - X_WFrame.p);
+    return V;
+  };
+  const math::Pose X_WOld = X_WF(frame_);
+  const math::Pose X_WNew = X_WF(frame);
+  const math::Pose X_WRef = X_WOld * reference_.X_TR();
+  math::Vector6d V = velocity_at(frame_, X_WOld, X_WRef.p) - velocity_at(frame, X_WNew, X_WRef.p);
+  V.head<3>() += X_WOld.R * reference_.V_TR().head<3>();
+  V.tail<3>() += X_WOld.R * reference_.V_TR().tail<3>();
+  V.head<3>() = (X_WNew.R.transpose() * V.head<3>()).eval();
+  V.tail<3>() = (X_WNew.R.transpose() * V.tail<3>()).eval();
+  frame_ = frame;
+  reference_.Reset(math::Between(X_WNew, X_WRef), V);
+  now_.X_TG = reference_.X_TR();
+}
+
+void Executive::Impl::ResetReferenceToHand() {
+  reference_.Reset(math::Between(X_WF(frame_), X_WH_));
+  now_.X_TG = reference_.X_TR();
+}
+
+void Executive::Impl::MoveReference() {
+  MotionLimits limits = options_.motion;
+  limits.speed = std::min(limits.speed, now_.speed > 0 ? now_.speed : limits.speed);
+  math::Pose X_WRef = X_WR();
+  double lag = (X_WRef.p - X_WH_.p).norm();
+  if (lag > kLostHand * options_.leash) {
+    // The target jumped: the hand follows at its own speed, from where it is.
+    const VerbState now = now_;
+    ResetReferenceToHand();
+    now_ = now;
+    X_WRef = X_WH_;
+    lag = 0;
+  }
+  const double turn_lag = math::AngleBetween(X_WRef.R, X_WH_.R);
+  const double slack =
+      std::clamp(2 - std::max(lag / options_.leash, turn_lag / (10 * options_.leash)), 0.0, 1.0);
+  limits.speed *= slack;
+  limits.angular_speed *= slack;
+
+  math::Pose X_TWaypoint = now_.X_TG;
+  if (now_.transit) {
+    const math::Pose X_WT = X_WF(frame_);
+    const math::Pose X_WG = X_WT * now_.X_TG;
+    body_bounds_.clear();
+    obstacle_bounds_.clear();
+    const auto add_body = [&](const geometry::Shape& shape, const math::Pose& X_HS) {
+      for (const auto& part : shape.parts) {
+        const math::Pose X_HP = X_HS * part.X_SP;
+        body_bounds_.push_back(
+            Union(BoundsOf(part.primitive, math::Pose(X_WRef.R, Eigen::Vector3d::Zero()) * X_HP),
+                  BoundsOf(part.primitive, math::Pose(X_WG.R, Eigen::Vector3d::Zero()) * X_HP)));
+      }
+    };
+    add_body(hand_shape_, math::Pose());
+    for (size_t i = 0; i < objects_.size(); ++i) {
+      const geometry::Shape& shape = scene_.objects[i].shape;
+      if (MovesWithHand(static_cast<int>(i))) {
+        add_body(shape, math::Between(X_WH_, objects_[i].X_WF()));
+        continue;
+      }
+      for (const auto& part : shape.parts) {
+        obstacle_bounds_.push_back(BoundsOf(part.primitive, objects_[i].X_WF() * part.X_SP));
+      }
+    }
+    const double ceiling = X_WB_.p.z() + model_->reach().centre.z() + 0.5 * model_->reach().max;
+    const Passage passage =
+        CheckPassage(body_bounds_, X_WRef.p, X_WG.p, obstacle_bounds_, options_.transit, ceiling);
+    if (passage.blocked) {
+      const robot::Reach& reach = model_->reach();
+      const Eigen::Vector3d p_WCentre = X_WB_ * reach.centre;
+      const double radius = std::max(reach.max - kWithinReach, (X_WG * reach.wrist_hand - p_WCentre).norm());
+      X_TWaypoint = math::Between(
+          X_WT, DrawWithin(TransitWaypoint(passage, X_WRef, X_WG), reach.wrist_hand, p_WCentre, radius));
+    }
+  }
+  if (now_.funnel_length > 0) {
+    const math::Pose X_TH = math::Between(X_WF(frame_), X_WH_);
+    X_TWaypoint = FunnelWaypoint(now_.X_TG, now_.funnel_T, now_.funnel_length, reference_.X_TR(), X_TH);
+  }
+  reference_.Advance(X_TWaypoint, limits, options_.period);
+}
+
+bool Executive::Impl::IsCarriedBy(int carrier, int object) const {
+  for (size_t hops = 0; hops < objects_.size(); ++hops) {
+    const int below = CarrierOf(object);
+    if (below == carrier) return true;
+    if (below == kNone || below == object) return false;
+    object = below;
+  }
+  return false;
+}
+
+void Executive::Impl::FindCarried() {
+  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(held_, static_cast<int>(i));
+}
+
+void Executive::Impl::AimPosture() {
+  if (!posture_search_.done()) {
+    posture_search_.Advance();
+    if (posture_search_.done())
+      posture_goal_ = posture_search_.reached() ? posture_search_.q() : model_->home();
+  }
+  const double most = kPostureSpeed * options_.period;
+  posture_ += (posture_goal_ - posture_).cwiseMax(-most).cwiseMin(most);
+  controller_.set_posture(posture_);
+}
+
+void Executive::Impl::AvoidObstacles(control::HandTarget* target) {
+  if (tick_ % kObstacleTicks == 0) {
+    obstacle_weight_ = 0;
+    const bool known = step_ < static_cast<int>(resolved_.steps.size());
+    double nearest = options_.obstacle_range;
+    for (size_t i = 0; i < objects_.size(); ++i) {
+      const int object = static_cast<int>(i);
+      // Contact that the step intends.
+      if (MovesWithHand(object)) continue;
+      if (known && (object == step().control || object == step().target.object || object == step().tool))
+        continue;
+      bool far = true;
+      for (const auto& part : scene_.objects[i].shape.parts) {
+        const Bounds bounds = BoundsOf(part.primitive, objects_[i].X_WF() * part.X_SP);
+        const Eigen::Vector3d outside =
+            (bounds.lower - X_WH_.p).cwiseMax(X_WH_.p - bounds.upper).cwiseMax(0.0);
+        far = far && outside.norm() > kFar;
+      }
+      if (far) continue;
+      const geometry::Distance distance =
+          geometry::SignedDistance(hand_shape_, X_WH_, scene_.objects[i].shape, objects_[i].X_WF());
+      if (distance.distance >= nearest) continue;
+      nearest = distance.distance;
+      obstacle_direction_B_ = X_WB_.R.transpose() * distance.n_W;
+      obstacle_weight_ = std::clamp(1 - nearest / options_.obstacle_range, 0.0, 1.0);
+    }
+  }
+  target->toward_obstacle.setZero();
+  if (obstacle_weight_ > 0) target->toward_obstacle = obstacle_direction_B_;
+  target->obstacle_weight = obstacle_weight_;
+}
+
+void Executive::Impl::Command(robot::Command* command) {
+  control::HandTarget target;
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const math::Pose X_WRef = X_WT * reference_.X_TR();
+  target.X_BH = math::Between(X_WB_, X_WRef);
+  const Eigen::Matrix3d R_BW = X_WB_.R.transpose();
+  const Eigen::Matrix3d R_BT = R_BW * X_WT.R;
+  target.V_BH.head<3>() =
+      R_BW * (V_WT.head<3>() + V_WT.tail<3>().cross(X_WRef.p - X_WT.p)) + R_BT * reference_.V_TR().head<3>();
+  target.V_BH.tail<3>() = R_BW * V_WT.tail<3>() + R_BT * reference_.V_TR().tail<3>();
+  target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
+  target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
+  if (held_ != kNone) {
+    const scene::Object& object = scene_.objects[static_cast<size_t>(held_)];
+    const double share = std::clamp((time_ - held_since_) / kTakeOver, 0.0, 1.0);
+    const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * kGravity);
+    const Eigen::Vector3d arm = X_WO(held_) * geometry::CentreOfMass(object.shape) - X_WH_.p;
+    target.F_BH.head<3>() = R_BW * lift;
+    target.F_BH.tail<3>() = R_BW * arm.cross(lift);
+  }
+  if (trustworthy_) AvoidObstacles(&target);
+  command->torque = controller_.Compute(state_, target);
+  command->gripper = gripper_;
+  WatchController();
+}
+
+void Executive::Impl::WatchController() {
+  const control::ControlFlags& flags = controller_.flags();
+  if (flags.fault && !fault_reported_) {
+    Record(EventKind::kSafety, "the robot's state is not finite; the arm is braked");
+  }
+  if (flags.joint_limit && !limit_reported_) Record(EventKind::kSafety, "a joint is braked before its limit");
+  fault_reported_ = flags.fault;
+  limit_reported_ = limit_reported_ || flags.joint_limit;
+}
+
+}  // namespace tether::execution

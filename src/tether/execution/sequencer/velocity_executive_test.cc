@@ -1,0 +1,503 @@
+#include "tether/execution/sequencer/velocity_executive.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/common/error.h"
+#include "testing/common/heap_count.h"
+#include "tether/geometry/distance/distance.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/robot/kinematics.h"
+
+namespace tether::execution {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using math::Pose;
+using ::testing::HasSubstr;
+
+/// A table with two regions, a hub above it, and a block in the first region.
+scene::Scene MakeScene() {
+  scene::Scene scene;
+  const auto add = [&](const char* name, const Vector3d& size, const char* parent, const Vector3d& p,
+                       std::optional<double> mass) {
+    scene::Object object;
+    object.name = name;
+    object.shape = geometry::Primitive(geometry::Box{size});
+    object.parent = parent;
+    object.X_ParentObject = Pose(p);
+    object.mass = mass;
+    scene.objects.push_back(object);
+  };
+  add("table", {1.4, 1.8, 0.04}, "world", {0, 0, -0.02}, {});
+  add("block", {0.06, 0.04, 0.10}, "left", {0.005, -0.01, 0.05}, 0.1);
+  const auto region = [&](const char* name, const scene::RegionForm& form, const char* parent,
+                          const Vector3d& p) {
+    scene::Region one;
+    one.name = name;
+    one.form = form;
+    one.parent = parent;
+    one.X_ParentRegion = Pose(p);
+    scene.regions.push_back(one);
+  };
+  region("left", scene::Disc{0.06}, "table", {0.35, 0.3, 0.02});
+  region("right", scene::Disc{0.06}, "table", {0.3, -0.35, 0.02});
+  region("square", scene::Rectangle{{0.12, 0.12}}, "table", {0.45, 0.0, 0.02});
+  region("hub", geometry::Primitive(geometry::Sphere{0.05}), "world", {0.3, 0, 0.35});
+  scene.regions.back().hub = true;
+  scene.regions[1].dwell = 0.5;
+  scene::Robot robot;
+  robot.name = "jaco";
+  robot.model = "j2n6s300";
+  scene.robots.push_back(robot);
+  return scene;
+}
+
+const std::vector<planning::ActionSchema>& Actions() {
+  static const auto actions = planning::ReadActions(robot::DataDirectory() + "/models/actions/regions.yaml");
+  return actions;
+}
+
+std::shared_ptr<const robot::Model> Jaco() {
+  static const auto model = robot::Model::Load("j2n6s300");
+  return model;
+}
+
+/// The arm follows its velocities exactly; the gripper closes on what is between its fingers, which then
+/// moves with the hand.
+struct Fake {
+  scene::Scene scene = MakeScene();
+  VelocityExecutiveOptions options;
+  scene::WorldEstimate truth;
+  robot::Observations observations;
+  robot::Kinematics kinematics{Jaco()};
+  std::string held;
+  Pose X_HO;
+  std::unique_ptr<VelocityExecutive> executive;
+
+  Fake() {
+    control::ConstraintSpec clearance;
+    clearance.kind = "clearance";
+    clearance.of = {"links", "held"};
+    clearance.to = {"table", "objects"};
+    clearance.distance = 0.01;
+    options.constraints = {clearance};
+    options.controller.gain = 3;
+  }
+
+  void Start(const std::vector<std::string>& plan_actions) {
+    planning::Plan plan;
+    plan.actions = plan_actions;
+    executive = std::make_unique<VelocityExecutive>(
+        scene, std::map<std::string, std::shared_ptr<const robot::Model>>{{"jaco", Jaco()}}, Actions(), plan,
+        options);
+    truth.time = 0;
+    for (const scene::Object& object : scene.objects)
+      truth.X_WO[object.name] = scene.InitialPose(object.name);
+    robot::Observation& seen = observations["jaco"];
+    seen.q = Jaco()->home();
+    seen.v = VectorXd::Zero(6);
+    seen.gripper_opening = Jaco()->gripper().max_opening;
+  }
+
+  /// One tick; `disturb` may change the world before it.
+  void Tick() {
+    const robot::Command& command = executive->Step(truth, observations).at("jaco");
+    robot::Observation& seen = observations["jaco"];
+    seen.q += options.period * command.velocity;
+    kinematics.Set(seen.q);
+    const bool closing = command.gripper.mode == robot::GripperCommand::Mode::kForce;
+    const double wanted = closing ? (held.empty() && !Between() ? 0.0 : 0.04) : command.gripper.opening;
+    const double step = 0.2 * options.period;
+    seen.gripper_opening += std::clamp(wanted - seen.gripper_opening, -step, step);
+    if (closing && held.empty() && Between() && seen.gripper_opening <= 0.04) {
+      held = "block";
+      X_HO = math::Between(kinematics.X_BH(), truth.X_WO["block"]);
+    }
+    if (!closing) held.clear();
+    if (!held.empty()) truth.X_WO[held] = kinematics.X_BH() * X_HO;
+    truth.time += options.period;
+  }
+  bool Between() const { return (kinematics.X_BH().p - truth.X_WO.at("block").p).norm() < 0.05; }
+
+  void Run(
+      double seconds, const std::function<void()>& each = [] {}) {
+    for (const double end = truth.time + seconds; executive->running() && truth.time < end;) {
+      each();
+      Tick();
+    }
+  }
+
+  std::string Story() const {
+    std::string text;
+    for (const Event& event : executive->events())
+      text += std::to_string(event.time) + " " + std::string(ToString(event.kind)) + " " + event.text + "\n";
+    return text;
+  }
+  bool Happened(EventKind kind, const std::string& text = "") const {
+    for (const Event& event : executive->events()) {
+      if (event.kind == kind && event.text.find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
+};
+
+const std::vector<std::string> kCarry = {"move(left)",        "grasp(block,left)",  "hold(block,hub)",
+                                         "hold(block,right)", "place(block,right)", "move(hub)"};
+
+TEST(VelocityExecutiveTest, ABlockGoesFromRegionToRegion) {
+  Fake fake;
+  fake.Start(kCarry);
+  double released = 0, done = 0;
+  fake.Run(120, [&] {
+    if (!fake.held.empty()) released = fake.truth.time;
+    done = fake.truth.time;
+  });
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  const Vector3d p = fake.truth.X_WO["block"].p;
+  // The whole footprint is in the disc: the centre is within its radius less half the block's diagonal.
+  EXPECT_LT((p.head<2>() - Eigen::Vector2d(0.3, -0.35)).norm(), 0.06 - 0.036);
+  EXPECT_NEAR(p.z(), 0.05, 0.004);
+  EXPECT_GT(fake.truth.X_WO["block"].R(2, 2), std::cos(0.03));
+  EXPECT_EQ(fake.executive->retries(), 0) << fake.Story();
+  EXPECT_GT(done - released, 0.5);  // it waited
+  EXPECT_EQ(fake.executive->records().size(), 7u);
+}
+
+TEST(VelocityExecutiveTest, RectanglesAreRegionsToo) {
+  Fake fake;
+  fake.Start(
+      {"move(left)", "grasp(block,left)", "hold(block,hub)", "hold(block,square)", "place(block,square)"});
+  fake.Run(120);
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  const Vector3d p = fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0);
+  EXPECT_LT(std::max(std::abs(p.x()), std::abs(p.y())), 0.06 - 0.02);
+}
+
+TEST(VelocityExecutiveTest, ARegionThatMovesIsFollowed) {
+  Fake fake;
+  fake.Start(kCarry);
+  fake.Run(120, [&] {
+    if (fake.executive->step() != 4) return;
+    // The table, with all regions, creeps along y while the block is brought down.
+    fake.truth.X_WO["table"].p.y() += 0.005 * fake.options.period;
+  });
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  const Vector3d p_WR = fake.truth.X_WO["table"] * Vector3d(0.3, -0.35, 0.02);
+  EXPECT_LT((fake.truth.X_WO["block"].p - p_WR).head<2>().norm(), 0.06 - 0.036);
+}
+
+TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
+  Fake fake;
+  fake.Start(kCarry);
+  bool moved = false;
+  fake.Run(160, [&] {
+    // Somebody takes the block from between the fingers as they close.
+    if (!moved && fake.executive->step() == 2 && fake.observations["jaco"].gripper_opening < 0.15) {
+      fake.truth.X_WO["block"].p.x() -= 0.08;
+      moved = true;
+    }
+  });
+  EXPECT_TRUE(fake.Happened(EventKind::kGraspMissed, "'block'")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kRetry));
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+}
+
+/// A pillar upon the region on the right: nothing gets there.
+void BlockRight(Fake& fake) {
+  scene::Object pillar;
+  pillar.name = "pillar";
+  pillar.shape = geometry::Primitive(geometry::Box{{0.2, 0.2, 0.8}});
+  pillar.X_ParentObject = Pose(Vector3d(0.3, -0.35, 0.4));
+  fake.scene.objects.push_back(pillar);
+  fake.options.constraints[0].to.emplace_back("pillar");
+  fake.options.max_retries = 0;
+}
+
+TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
+  Fake fake;
+  BlockRight(fake);
+  fake.Start({"move(right)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near pillar")) << fake.Story();
+  EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
+}
+
+TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
+  Fake fake;
+  // A screen across the straight way from the left to the right: sliding along it leads nowhere.
+  scene::Object screen;
+  screen.name = "screen";
+  screen.shape = geometry::Primitive(geometry::Box{{0.5, 0.02, 0.3}});
+  screen.X_ParentObject = Pose(Vector3d(0.4, 0.02, 0.15));
+  fake.scene.objects.push_back(screen);
+  fake.options.constraints[0].to.emplace_back("screen");
+  fake.Start({"move(left)", "move(right)"});
+  double nearest = 1;
+  fake.Run(160, [&] {
+    const control::ConstrainedVelocity& controller = fake.executive->controller();
+    for (int i = 0; i < controller.num_rows(); ++i) {
+      if (controller.row(i).a >= 0) nearest = std::min(nearest, controller.row(i).value);
+    }
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "near screen")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kDetour)) << fake.Story();
+  EXPECT_GT(nearest, -1e-3);  // on the detour as well
+}
+
+TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
+  Fake fake;
+  BlockRight(fake);
+  std::vector<std::string> done_before;
+  std::string blocked_action;
+  fake.options.alternative = [&](const std::vector<std::string>& done, const std::string& blocked,
+                               std::string&) -> std::optional<std::vector<std::string>> {
+    done_before = done;
+    blocked_action = blocked;
+    return std::vector<std::string>{"hold(block,square)", "place(block,square)", "move(hub)"};
+  };
+  fake.Start(kCarry);
+  fake.Run(200);
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_EQ(blocked_action, "hold(block,right)");
+  EXPECT_EQ(done_before, std::vector<std::string>(kCarry.begin(), kCarry.begin() + 3));
+  EXPECT_TRUE(fake.Happened(EventKind::kReplanned, "without hold(block,right): hold(block,square)"));
+  EXPECT_EQ(fake.executive->replans(), 1);
+  EXPECT_EQ(fake.executive->plan().actions.size(), 6u);
+  EXPECT_EQ(fake.executive->plan().steps.size(), fake.executive->records().size());
+  EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0.05)).norm(), 0.05);
+}
+
+TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
+  Fake fake;
+  BlockRight(fake);
+  fake.options.alternative = [](const auto&, const std::string&,
+                              std::string& reason) -> std::optional<std::vector<std::string>> {
+    reason = "no other actions lead to the goal";
+    return std::nullopt;
+  };
+  fake.Start({"move(right)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(fake.executive->status().reason,
+              ::testing::AllOf(HasSubstr("move(right): no progress"), HasSubstr("near pillar"),
+                               HasSubstr("no detour: "), HasSubstr("no other actions lead to the goal")));
+}
+
+TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
+  // A plank beside the region on the right, where an open finger would be.
+  for (const bool plank_there : {false, true}) {
+    Fake fake;
+    if (plank_there) {
+      for (const double side : {-1.0, 1.0}) {
+        scene::Object plank;
+        plank.name = side < 0 ? "plank_1" : "plank_2";
+        plank.shape = geometry::Primitive(geometry::Box{{0.3, 0.02, 0.1}});
+        plank.X_ParentObject = Pose(Vector3d(0.3, -0.35 + side * 0.105, 0.05));
+        fake.scene.objects.push_back(plank);
+        fake.options.constraints[0].to.push_back(plank.name);
+      }
+    }
+    fake.Start(kCarry);
+    double nearest = 1, widest = 0;
+    fake.Run(200, [&] {
+      const control::ConstrainedVelocity& controller = fake.executive->controller();
+      for (int i = 0; i < controller.num_rows(); ++i) {
+        if (controller.row(i).a >= 0) nearest = std::min(nearest, controller.row(i).value);
+      }
+      if (fake.executive->step() == 5 && fake.truth.X_WO["block"].p.z() < 0.06 &&
+          fake.kinematics.X_BH().p.z() < 0.08)
+        widest = std::max(widest, fake.observations["jaco"].gripper_opening);
+    });
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_GT(nearest, -fake.options.controller.buffer - 1e-3) << plank_there;
+    if (plank_there)
+      EXPECT_LT(widest, 0.16) << fake.Story();  // the cone ends near the middle between the planks
+    else
+      EXPECT_GT(widest, 0.17) << fake.Story();
+  }
+}
+
+TEST(VelocityExecutiveTest, WhatStandsBesideAnObjectIsNoHindranceForANarrowerHand) {
+  Fake fake;
+  // The fingers close along y: open, they do not fit beside these.
+  for (const double side : {-1.0, 1.0}) {
+    scene::Object post;
+    post.name = side < 0 ? "post_1" : "post_2";
+    post.shape = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.12}});
+    post.X_ParentObject = Pose(Vector3d(0.355, 0.29 + side * 0.12, 0.06));
+    fake.scene.objects.push_back(post);
+    fake.options.constraints[0].to.push_back(post.name);
+  }
+  fake.Start({"move(left)", "grasp(block,left)", "hold(block,hub)"});
+  fake.Run(120);
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kStalled, "hand near post")) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kRetry)) << fake.Story();
+}
+
+TEST(VelocityExecutiveTest, WhatStartsInAForbiddenZoneIsLeftAndSaid) {
+  Fake fake;
+  control::ConstraintSpec outside;
+  outside.kind = "outside";
+  outside.frame = "hand";
+  outside.cylinder = 0.36;  // the hand starts 0.31 m from the base's axis
+  outside.around = "jaco/base";
+  fake.options.constraints.push_back(outside);
+  fake.Start({"move(square)"});
+  Vector3d before = Vector3d::Zero();
+  double fastest = 0;
+  fake.Run(60, [&] {
+    fake.kinematics.Set(fake.observations["jaco"].q);
+    const Vector3d p = fake.kinematics.X_BH().p;
+    const double radius = p.head<2>().norm();
+    if (before.norm() > 0 && radius < 0.36)
+      fastest = std::max(fastest, (radius - before.head<2>().norm()) / fake.options.period);
+    before = p;
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_TRUE(fake.Happened(EventKind::kSafety, "the arm leaves it at no more than 0.05 per second"))
+      << fake.Story();
+  EXPECT_GT(before.head<2>().norm(), 0.36);
+}
+
+// cone_ends_outside_region: where the cone is flat it was wide where the reach ended. A low hub makes it
+// flat.
+TEST(VelocityExecutiveTest, TheConeHoldsWhereTheReachEnds) {
+  for (const double height : {0.2, 0.24}) {
+    Fake fake;
+    fake.scene.regions.back().X_ParentRegion.p.z() = height;
+    fake.Start(kCarry);
+    double widest = 0;
+    fake.Run(160, [&] {
+      if (fake.executive->step() != 4) return;
+      for (const control::FieldConstraint& field : fake.executive->verb_fields())
+        widest = field.name == "cone to right" ? 1 : widest;
+    });
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_EQ(widest, 1) << "the cone is among what the verb asks for";
+    EXPECT_FALSE(fake.Happened(EventKind::kPlaceMissed)) << fake.Story();
+    const Vector3d p = fake.truth.X_WO["block"].p;
+    EXPECT_LT((p.head<2>() - Eigen::Vector2d(0.3, -0.35)).norm(), 0.06 - 0.036) << height;
+  }
+}
+
+// cup_released_beside_tray: what was at the right height beside its region was let go there.
+TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
+  Fake fake;
+  fake.options.max_retries = 0;
+  // The table slides out of reach as soon as the block is brought to the right.
+  fake.Start(
+      {"move(left)", "grasp(block,left)", "hold(block,hub)", "hold(block,right)", "place(block,right)"});
+  fake.Run(200, [&] {
+    if (fake.executive->step() == 4 && fake.truth.X_WO["table"].p.y() > -0.9)
+      fake.truth.X_WO["table"].p.y() -= 0.1 * fake.options.period;
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(fake.executive->status().reason, HasSubstr("hold(block,right): no progress"));
+  EXPECT_EQ(fake.executive->held(), "block");
+  EXPECT_FALSE(fake.Happened(EventKind::kReleased)) << fake.Story();
+}
+
+// What was put down and stands beside its region is taken up again.
+TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
+  Fake fake;
+  fake.Start(kCarry);
+  bool moved = false;
+  fake.Run(300, [&] {
+    if (moved || !fake.Happened(EventKind::kReleased)) return;
+    moved = true;
+    fake.truth.X_WO["block"].p.x() -= 0.06;
+  });
+  EXPECT_TRUE(fake.Happened(EventKind::kPlaceMissed, "'block' is not in 'right': its footprint reaches"))
+      << fake.Story();
+  ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.3, -0.35, 0.05)).head<2>().norm(), 0.06 - 0.036);
+}
+
+// thin_mat_blocks_placing: only the mat was exempt, not the table beneath it. A block that stands on a mat is
+// taken up from there as well.
+TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
+  for (const bool from : {false, true}) {
+    Fake fake;
+    scene::Object mat;
+    mat.name = "mat";
+    mat.shape = geometry::Primitive(geometry::Box{{0.16, 0.16, 0.004}});
+    mat.X_ParentObject = Pose(Vector3d(from ? 0.35 : 0.3, from ? 0.3 : -0.35, 0.002));
+    fake.scene.objects.push_back(mat);
+    scene::Region& region = fake.scene.regions[from ? 0 : 1];
+    region.parent = "mat";
+    region.X_ParentRegion = Pose(Vector3d(0, 0, 0.002));
+    fake.Start(kCarry);
+    fake.Run(160);
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_FALSE(fake.Happened(EventKind::kStalled)) << from << fake.Story();
+    EXPECT_FALSE(fake.Happened(EventKind::kSafety)) << from << fake.Story();
+  }
+}
+
+#ifdef TETHER_COUNTS_ALLOCATIONS
+TEST(VelocityExecutiveTest, OnlyTheStartOfAVerbTakesFromTheHeap) {
+  Fake fake;
+  fake.Start(kCarry);
+  size_t verbs = 0;
+  for (const planning::PlanStep& step : fake.executive->plan().steps) verbs += step.execute.size();
+  size_t ticks = 0, allocating = 0;
+  while (fake.executive->running() && fake.truth.time < 120) {
+    const size_t events = fake.executive->events().size();
+    // The fake allocates as well: the executive is asked once more for the same tick's commands.
+    fake.Tick();
+    const long before = heap_allocations;
+    fake.executive->Step(fake.truth, fake.observations);
+    const bool counts = fake.executive->events().size() == events;
+    ++ticks;
+    allocating += counts && heap_allocations != before ? 1 : 0;
+  }
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+  EXPECT_LE(allocating, verbs);
+  EXPECT_GT(ticks, 20 * verbs);
+}
+#endif
+
+TEST(VelocityExecutiveTest, WhatCantBeDoneIsSaidBefore) {
+  const auto error_of = [](const std::vector<std::string>& actions,
+                           const std::function<void(Fake&)>& change = {}) {
+    Fake fake;
+    if (change) change(fake);
+    try {
+      fake.Start(actions);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error_of(kCarry), "");
+  EXPECT_THAT(error_of({"mve(left)"}), HasSubstr("did you mean 'move'?"));
+  EXPECT_THAT(error_of({"move(block)"}), HasSubstr("the target 'block'"));
+  EXPECT_THAT(error_of(kCarry, [](Fake& fake) { fake.scene.regions[1].X_ParentRegion.p.y() = -1.2; }),
+              ::testing::AllOf(HasSubstr("region 'right' is out of reach"), HasSubstr("up to 71 cm")));
+  EXPECT_THAT(error_of(kCarry, [](Fake& fake) { fake.options.controller.gain = 0; }), HasSubstr("'gain'"));
+}
+
+TEST(VelocityExecutiveTest, AnEstimateWithoutNumbersIsNotFollowed) {
+  Fake fake;
+  fake.Start(kCarry);
+  fake.Run(1.0);
+  fake.truth.X_WO["block"].p.x() = std::numeric_limits<double>::quiet_NaN();
+  fake.Tick();
+  EXPECT_TRUE(fake.Happened(EventKind::kEstimateInvalid, "'block'"));
+  fake.observations["jaco"].q[2] = std::numeric_limits<double>::quiet_NaN();
+  const robot::Command& command = fake.executive->Step(fake.truth, fake.observations).at("jaco");
+  EXPECT_EQ(command.velocity.norm(), 0);
+  EXPECT_TRUE(fake.Happened(EventKind::kSafety, "the arm stops"));
+}
+
+}  // namespace
+}  // namespace tether::execution

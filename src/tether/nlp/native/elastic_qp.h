@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/nlp/native/manifold_view.h"
+
+namespace tether::nlp {
+
+/// The subproblem of a step,
+///   minimise over d:  gᵀd + ½ dᵀ(H + λI)d + Σ_rows P(c + J d),
+/// where P is ν |·| for equalities and ν max(0, ·) for inequalities. With a multiplier y per row, in [−ν, ν]
+/// or [0, ν], it is min_d max_y gᵀd + ½ dᵀ(H + λI)d + yᵀ(c + J d), which always has a solution.
+///
+/// Only rows that are near take part; the others are looked at in the end, and if the step reaches one, it
+/// joins and the subproblem is solved again. First a few Newton steps of a proximal method of multipliers,
+/// y ← clamp(y + σ (c + J d)), from the rows that were active last: near the end they are the right ones, and
+/// one factorisation is enough. Otherwise a primal–dual interior point with Mehrotra's predictor and
+/// corrector. In both, rows condense into a positive definite matrix of the pattern of the program's blocks.
+/// Nothing allocates after construction.
+class ElasticQp {
+ public:
+  /// `view` must outlive this.
+  explicit ElasticQp(ManifoldView& view);
+
+  /// g, H and J are those of `values`; c is separate. Starts from the multipliers of the last solve. False if
+  /// it did not converge within its iterations; d is then the best known and still a sensible step.
+  bool Solve(const ManifoldView::Values& values, const Eigen::VectorXd& c, double nu, double lambda,
+             double tolerance);
+
+  /// Begins the next solve with these multipliers, one per row of the program.
+  void StartFrom(const Eigen::VectorXd& y);
+  /// Asked now and then within a solve; when it says so, the solve ends.
+  void SetStop(std::function<bool()> stop) { stop_ = std::move(stop); }
+
+  const Eigen::VectorXd& d() const { return d_; }
+  /// Of the rows of the program.
+  auto y() const { return y_.head(view_.num_rows()); }
+
+  /// Cuts: further linearisations of inequality rows that have kinks, each a row of its own beside the first
+  /// one. A cut is taken over from `there`, the values at the step d, for each row that came out well above
+  /// `model`, what was predicted of it. Returns how many were added; the oldest give way.
+  int AddCuts(const ManifoldView::Values& there, const Eigen::VectorXd& d, const Eigen::VectorXd& model);
+  /// Whether this row has a cut from the present point.
+  bool HasFreshCut(int row) const;
+  /// Where a cut foresees more than `rows` for the step d, puts that in its place.
+  void RaiseToCuts(const Eigen::VectorXd& d, Eigen::VectorXd& rows) const;
+  /// The point has moved by d: the cuts move along, and those of the point before the last are dropped.
+  void MoveCuts(const Eigen::VectorXd& d);
+  /// Drops the cuts that were not taken over at the present point; false if there were none.
+  bool DropOldCuts();
+  /// Factorisations since construction, and those of them that the interior point took.
+  int factorizations() const { return factorizations_; }
+  int interior_factorizations() const { return interior_factorizations_; }
+  /// Seconds spent putting matrices together.
+  double assembly_s() const { return assembly_s_; }
+
+  /// Writes J d.
+  void Multiply(const ManifoldView::Values& values, const Eigen::VectorXd& d, Eigen::VectorXd& Jd) const;
+  /// Writes H d.
+  void MultiplyCurvature(const ManifoldView::Values& values, const Eigen::VectorXd& d,
+                         Eigen::VectorXd& Hd) const;
+
+ private:
+  void SetRows(const Eigen::VectorXd& c, double nu);
+  void ChooseNearRows();
+  /// Adds the rows that d violates and that do not take part yet; false if there were none.
+  bool AddViolatedRows(const ManifoldView::Values& values);
+  const double* RowOf(const ManifoldView::Values& values, int row) const;
+  double DotRow(const ManifoldView::Values& values, int row, const Eigen::VectorXd& d) const;
+  void AddRow(const ManifoldView::Values& values, int row, double factor, Eigen::VectorXd& out) const;
+  /// Factorises H + λI + Σ wᵢ gᵢ gᵢᵀ over the near rows, with `weight_` by their places in near_.
+  void Factorize(const ManifoldView::Values& values, double lambda);
+  void Assemble(const ManifoldView::Values& values, double lambda);
+
+  bool SolveByActiveSet(const ManifoldView::Values& values, double lambda, double tolerance);
+  /// Writes the gradient of the proximal function, with multipliers by `active_` (guessed) or as they are.
+  void Slope(const ManifoldView::Values& values, double lambda, bool guessed);
+  void FactorizeActive(const ManifoldView::Values& values, double lambda);
+
+  /// Begins anew, or where it last ended. Leaves its guess of the active rows in `active_`. Carefully:
+  /// without Mehrotra's corrector, slower and surer.
+  bool SolveByInteriorPoint(const ManifoldView::Values& values, double lambda, double tolerance, bool resume,
+                            bool careful = false);
+  /// The Newton step towards complementarity products `target_a_` and `target_b_`.
+  void Direction(const ManifoldView::Values& values);
+  double LongestStep() const;
+
+  struct Cut {
+    const ManifoldView::Group* group = nullptr;  // null: not in use
+    int row = 0;
+    double value = 0;  // at d = 0
+    int age = 0;       // in steps taken
+  };
+
+  static constexpr int kMostCuts = 24;
+
+  double Along(size_t cut, const Eigen::VectorXd& d) const;
+
+  ManifoldView& view_;
+  std::array<Cut, kMostCuts> cuts_;
+  size_t next_cut_ = 0;
+  size_t widest_ = 6;
+  std::vector<double> cut_jacobians_;  // widest_ entries each
+  int factorizations_ = 0;
+  int interior_factorizations_ = 0;
+  double assembly_s_ = 0;
+  std::function<bool()> stop_ = [] { return false; };
+  double largest_change_;  // of a row in the last step
+
+  // By row, the cuts' behind the program's.
+  Eigen::VectorXd c_, y_, lo_, hi_;
+  std::vector<const ManifoldView::Group*> group_of_;
+  std::vector<char> is_near_, active_, factored_;
+  std::vector<int> near_;
+  bool guess_known_ = false;
+
+  Eigen::VectorXd d_, dd_, Hd_, slope_, Hstep_, interior_d_;
+  double sigma_ = 0, factored_sigma_ = 0, factored_lambda_ = 0;
+  long factored_revision_ = -1;
+  std::vector<const double*> gram_rows_;
+  std::vector<double> gram_weights_;
+
+  // By place in near_. Of each row: c + J d = a − b with a, b > 0; a (hi − y) and b (y − lo) go to zero.
+  Eigen::VectorXd z_, shifted_, Jstep_, weight_;
+  Eigen::VectorXd multiplier_, interior_y_, interior_z_, a_, b_, u_, l_, dy_, da_, db_, primal_, target_a_,
+      target_b_, wanted_;
+};
+
+}  // namespace tether::nlp

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/constraints/core/arm_function.h"
+#include "tether/planning/program/frame_tree.h"
+#include "tether/planning/program/step_context.h"
+#include "tether/robot/posture.h"
+
+namespace tether::planning {
+
+/// Links keep this clear of things and of each other where there is room, m …
+inline constexpr double kLinkClearance = 0.01;
+/// … and this at least.
+inline constexpr double kLeastLinkClearance = 0.002;
+/// Joints keep this from their limits, rad.
+inline constexpr double kLimitMargin = 0.03;
+
+/// The other end of a straight motion of the hand from or to a key pose.
+struct ApproachEnd {
+  constraints::Offset offset;   ///< From the hand at the key pose.
+  double length = 0;            ///< m
+  bool at_step_before = false;  ///< It is the key pose of the step before: `offset` does not count.
+};
+
+/// A configuration of the arm in which the hand is where a key pose has it: the evidence that the arm can
+/// take it.
+struct IkSolution {
+  Eigen::VectorXd q;   ///< n, rad: if none was found, the best that was met.
+  bool found = false;  ///< The hand is there, joints are within their limits, links are clear.
+  /// If not found, why, in words that follow the action: "4.5 cm beyond reach". If found, why the straight
+  /// ways to and from it are not free; empty if they are.
+  std::string problem;
+  robot::Posture posture;
+  std::optional<ApproachEnd> blocked;  ///< If found, of the first way that is not free.
+};
+
+/// Looks for witnesses. One for each skeleton and thread.
+class IkSearch {
+ public:
+  /// The problem must have a robot model.
+  IkSearch(const SceneFacts& facts, const FrameTree& tree);
+
+  /// One for each key pose. Each begins where the one before ended, so that consecutive ones are of the same
+  /// branch of the arm where that can be; only where it can't, from elsewhere. `tree` and `poses`, the steps'
+  /// variables, say where everything is.
+  std::vector<IkSolution> Find(const FrameTree& tree, const std::vector<math::Pose>& poses);
+
+  /// Where to begin at a step besides.
+  void Suggest(int step, const Eigen::VectorXd& q) { suggested_[step] = q; }
+
+  /// What the links have to keep clear of after a step, and the hand's pose in the base frame.
+  void SetStep(const FrameTree& tree, const std::vector<math::Pose>& poses, int step);
+  robot::PostureProblem& problem() { return problem_; }
+  robot::PostureSolver& solver() { return solver_; }
+
+  /// Why a posture at the present step will not do.
+  std::string Explain(const robot::Posture& posture) const;
+
+  /// The solid of the scene, and its part, that an obstacle of problem() is.
+  struct ObstacleName {
+    int solid;  ///< In SceneFacts::solids().
+    int part;
+  };
+  const ObstacleName& NameOf(int obstacle) const { return names_[static_cast<size_t>(obstacle)]; }
+
+ private:
+  IkSolution FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd* other);
+
+  const SceneFacts& facts_;
+  math::Pose X_BaseW_;
+  robot::PostureSolver solver_;
+  robot::PostureProblem problem_;
+  Eigen::VectorXd start_;
+  std::vector<ObstacleName> names_;
+  std::vector<std::vector<int>> touching_;  // links that touch a part at the start, by parts of solids
+  std::vector<math::Pose> X_W_;
+  std::map<int, Eigen::VectorXd> suggested_;
+};
+
+/// "4.5 cm beyond reach" for a hand at this pose (base frame): how far its last joint is out of any reach of
+/// the arm, m; ≤ 0 within it. An outer bound: above zero it is a proof.
+double BeyondReach(const robot::Model& model, const math::Pose& X_BH);
+
+}  // namespace tether::planning

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "tether/planning/skeleton/skeleton_binding.h"
+#include "tether/planning/program/step_context.h"
+
+namespace tether::planning {
+
+/// A number that the cost (paper A, eq. (4)) of no key poses of these steps falls below. Where a step ties
+/// the hand to something that was not moved, the hand is in a known ball (constraints::Kind::locate); the
+/// bound is what the shortest way through these balls costs, evenly spread over the steps, without turning.
+double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& steps);
+
+}  // namespace tether::planning

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/planning/skeleton/skeleton_binding.h"
+#include "tether/planning/program/step_context.h"
+
+namespace tether::planning {
+
+struct Ball {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius = 0;
+};
+
+/// What is known of the hand at a key pose before anything is optimised, in the world.
+struct HandBound {
+  std::optional<Ball> place;                ///< The hand's origin is in it.
+  std::optional<Eigen::Vector3d> approach;  ///< The hand's z axis.
+};
+
+/// Where constraints tie the hand to something that was not moved (constraints::Kind::locate and align),
+/// whatever the key poses: one per step. None if some step hangs a frame on what hangs on it.
+std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts, const std::vector<BoundStep>& steps);
+
+/// An action that no key pose within the arm's reach can do.
+struct ReachRefutation {
+  int action_index = 0;
+  std::string reason;  ///< "pick(box): 4.5 cm beyond reach"
+  /// Of all that comes before it, it matters only where these movable objects are, which have not been moved.
+  /// Empty: that is not so.
+  std::vector<std::string> unmoved;
+};
+
+/// The first action that is out of reach whatever the key poses: the nearest that the hand's last joint can
+/// be there is further than the arm is long (robot::OuterReach). A proof; none without an arm.
+std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std::vector<BoundStep>& steps);
+
+}  // namespace tether::planning

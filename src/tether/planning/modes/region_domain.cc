@@ -1,0 +1,375 @@
+#include "tether/planning/modes/region_domain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tether/scene/resting_contact.h"
+#include "apps/tether/terminal.h"
+#include "tether/scene/region.h"
+#include "tether/symbolic/pddl/expression.h"
+
+namespace tether::planning {
+namespace {
+
+/// Finds what is where in a scene, and what is wrong with it.
+class LayoutFinder {
+ public:
+  LayoutFinder(const scene::Scene& scene, const std::map<std::string, Location>& where, const Location& task,
+               Diagnostics& diagnostics)
+      : scene_(scene), where_(where), task_(task), diagnostics_(diagnostics), X_WO_(scene::InitialPoses(scene)) {}
+
+  RegionLayout Find() {
+    for (const scene::Region& region : scene_.regions) {
+      Declare(region.name);
+      if (!region.hub) {
+        layout_.regions.push_back({region.name, region.capacity});
+      } else if (layout_.hub.empty()) {
+        layout_.hub = region.name;
+      } else {
+        diagnostics_.Add(PlaceOf(region.name),
+                         "a second hub '" + region.name + "' beside '" + layout_.hub + "'",
+                         "one region with 'hub: true'");
+      }
+    }
+    if (layout_.hub.empty()) {
+      diagnostics_.Add(task_, "no region connects the others, so the task needs a PDDL domain",
+                       "a region with 'hub: true', or 'domain' and 'problem'");
+    }
+    FindItems();
+    FindWithin();
+    // No more places than there are objects: each place is an object of the problem.
+    for (RegionLayout::Place& place : layout_.regions)
+      place.capacity = std::min(place.capacity, static_cast<int>(layout_.items.size()));
+    layout_.groups = scene_.groups;
+    for (const auto& [name, members] : scene_.groups) Declare(name);
+    return std::move(layout_);
+  }
+
+ private:
+  Location PlaceOf(const std::string& name) const {
+    const auto found = where_.find(name);
+    return found == where_.end() ? task_ : found->second;
+  }
+
+  /// PDDL does not tell upper from lower case.
+  void Declare(const std::string& name) {
+    const auto [first, fresh] = declared_.emplace(symbolic::LowerCase(name), name);
+    if (fresh) return;
+    diagnostics_.Add(PlaceOf(name), "'" + name + "' and '" + first->second + "' are one name in PDDL",
+                     "names that differ in more than upper and lower case, or a PDDL domain");
+  }
+
+  void FindItems() {
+    std::map<std::string, std::vector<std::string>> held;  // by region
+    for (const scene::Object& object : scene_.objects) {
+      if (!object.movable()) continue;
+      Declare(object.name);
+      const std::vector<const scene::Region*> in = scene::FindRegionsOf(scene_, X_WO_, object);
+      if (in.empty()) {
+        diagnostics_.Add(PlaceOf(object.name),
+                         "object '" + object.name + "' is in no region" + Nearest(object),
+                         "its whole footprint in a region, and standing there");
+        continue;
+      }
+      RegionLayout::Item item{object.name, in.front()->name, {}};
+      for (const scene::Region* region : in) {
+        held[region->name].push_back(object.name);
+        if (region != in.front()) item.others.push_back(region->name);
+      }
+      layout_.items.push_back(std::move(item));
+    }
+    for (const scene::Region& region : scene_.regions) {
+      const std::vector<std::string>& objects = held[region.name];
+      if (region.capacity == 0 || static_cast<int>(objects.size()) <= region.capacity) continue;
+      diagnostics_.Add(PlaceOf(objects[static_cast<size_t>(region.capacity)]),
+                       "region '" + region.name + "' holds " + std::to_string(objects.size()) + " objects, " +
+                           JoinAnd(objects) + ", but has a capacity of " + std::to_string(region.capacity),
+                       "no more objects than fit");
+    }
+  }
+
+  /// Of flat regions in one plane, and of what else is no higher or lower than an object may stand.
+  void FindWithin() {
+    for (const scene::Region& inner : scene_.regions) {
+      for (const scene::Region& outer : scene_.regions) {
+        if (&inner == &outer || inner.hub || outer.hub || inner.parent != outer.parent) continue;
+        const math::Pose X_OI = math::Between(outer.X_ParentRegion, inner.X_ParentRegion);
+        if (X_OI.R.col(2).dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-6 ||
+            std::abs(X_OI.p.z()) > scene::RegionFit::kHeightTolerance)
+          continue;
+        const geometry::Polygon outline = scene::OutlinePolygon(outer.form);
+        bool inside = true;
+        for (const Eigen::Vector2d& p : scene::OutlinePolygon(inner.form)) {
+          const Eigen::Vector2d q = (X_OI * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>();
+          inside = inside && geometry::ContainmentMargin(outline, q) > -scene::RegionFit::kOutlineTolerance;
+        }
+        if (inside) layout_.within.emplace_back(inner.name, outer.name);
+      }
+    }
+  }
+
+  static std::string JoinAnd(const std::vector<std::string>& names) {
+    std::string text;
+    for (size_t i = 0; i < names.size(); ++i)
+      text += (i == 0 ? "'" : i + 1 < names.size() ? ", '" : " and '") + names[i] + "'";
+    return text;
+  }
+
+  /// How far the object is from being in the region that it is nearest to.
+  std::string Nearest(const scene::Object& object) const {
+    std::string nearest;
+    double least = 1e300;
+    for (const scene::Region& region : scene_.regions) {
+      if (region.hub) continue;
+      const scene::RegionFit fit = scene::FitRegion(region.form, scene::RegionPose(scene_, X_WO_, region),
+                                                    object.shape, X_WO_.at(object.name));
+      const double miss = std::max(fit.outside, 0.0) + fit.height;
+      if (miss >= least) continue;
+      least = miss;
+      nearest = ": ";
+      if (!(fit.outside <= scene::RegionFit::kOutlineTolerance)) {
+        nearest +=
+            "its footprint reaches " + app::Fixed(1e3 * fit.outside, 1) + " mm beyond '" + region.name + "'";
+      } else {
+        nearest += "it is " + app::Fixed(1e3 * fit.height, 1) + " mm above or below '" + region.name + "'";
+      }
+    }
+    return nearest;
+  }
+
+  const scene::Scene& scene_;
+  const std::map<std::string, Location>& where_;
+  const Location& task_;
+  Diagnostics& diagnostics_;
+  const std::map<std::string, math::Pose> X_WO_;
+  std::map<std::string, std::string> declared_;
+  RegionLayout layout_;
+};
+
+/// A name that is nothing in the scene: names there have no dots.
+std::string scenario::Numbered(const std::string& name, int n) { return name + "." + std::to_string(n); }
+
+/// The objects and facts that both domains have.
+class ProblemWriter {
+ public:
+  explicit ProblemWriter(const RegionLayout& layout) : layout_(layout) {
+    Declare(layout.hub, "hub");
+    init_ += " (at " + layout.hub + ")";
+    int most = 0;
+    for (const RegionLayout::Place& region : layout.regions) {
+      Declare(region.name, "region");
+      if (region.capacity > 0) init_ += " (limited " + region.name + ")";
+      most = std::max(most, region.capacity);
+    }
+    for (const auto& [name, members] : layout.groups) {
+      Declare(name, "group");
+      for (const std::string& member : members) init_ += " (member " + member + " " + name + ")";
+    }
+    std::map<std::string, int> held;
+    for (const RegionLayout::Item& item : layout.items) {
+      Declare(item.name, "item");
+      std::vector<std::string> in{item.region};
+      in.insert(in.end(), item.others.begin(), item.others.end());
+      for (const std::string& region : in) {
+        init_ += " (in " + item.name + " " + region + ")";
+        ++held[region];
+      }
+      for (const auto& [name, members] : layout.groups) {
+        if (std::find_first_of(members.begin(), members.end(), in.begin(), in.end()) != members.end())
+          init_ += " (in " + item.name + " " + name + ")";
+      }
+    }
+    if (layout.overlaps()) {
+      for (const RegionLayout::Place& region : layout.regions)
+        init_ += " (within " + region.name + " " + region.name + ")";
+      for (const auto& [inner, outer] : layout.within) init_ += " (within " + inner + " " + outer + ")";
+    }
+    // Regions for several objects count them down: (room r n) says that n more fit.
+    for (int n = 0; most > 1 && n <= most; ++n) {
+      Declare(scenario::Numbered("n", n), "count");
+      if (n > 0) init_ += " (next " + scenario::Numbered("n", n - 1) + " " + scenario::Numbered("n", n) + ")";
+      if (n == 1) init_ += " (last " + scenario::Numbered("n", n) + ")";
+    }
+    for (const RegionLayout::Place& region : layout.regions) {
+      const int left = region.capacity - held[region.name];
+      if (left > 0) init_ += " (free " + region.name + ")";
+      if (region.capacity > 1) init_ += " (room " + region.name + " " + scenario::Numbered("n", left) + ")";
+    }
+  }
+
+  void Declare(const std::string& name, const std::string& type) { objects_ += " " + name + " - " + type; }
+  void Add(const std::string& fact) { init_ += " " + fact; }
+  std::string Text(const std::string& domain) const {
+    return "(define (problem scene) (:domain " + domain + ")\n(:objects" + objects_ +
+           ")\n(:init (handempty)" + init_ + ")\n(:goal (and)))\n";
+  }
+
+ private:
+  const RegionLayout& layout_;
+  std::string objects_, init_;
+};
+
+}  // namespace
+
+const std::string& RegionDomainText() {
+  static const std::string text = R"((define (domain regions)
+  (:requirements :adl)
+  (:types hub region group item count)
+  (:predicates
+    (at ?p - (either hub region))             ; where the hand is
+    (in ?o - item ?a - (either region group)) ; placed in a region, and so in the groups that this belongs to
+    (inhand ?o - item)
+    (handempty)
+    (free ?r - region)                        ; one more object may be placed there
+    (limited ?r - region)                     ; it has a capacity
+    (member ?r - region ?g - group)
+    (room ?r - region ?n - count)             ; where several objects fit: n more do
+    (next ?n ?m - count)                      ; m is n + 1
+    (last ?n - count))                        ; n is 1
+  (:action move
+    :parameters (?to - (either hub region))
+    :precondition (and (handempty) (exists (?h - hub)
+      (or (and (= ?to ?h) (not (at ?h))) (and (not (= ?to ?h)) (at ?h)))))
+    :effect (and (forall (?p - (either hub region)) (not (at ?p))) (at ?to)))
+  (:action hold
+    :parameters (?o - item ?to - (either hub region))
+    :precondition (and (inhand ?o) (exists (?h - hub)
+      (or (and (= ?to ?h) (not (at ?h))) (and (not (= ?to ?h)) (at ?h)))))
+    :effect (and (forall (?p - (either hub region)) (not (at ?p))) (at ?to)))
+  (:action grasp
+    :parameters (?o - item ?r - region)
+    :precondition (and (handempty) (at ?r) (in ?o ?r))
+    :effect (and (not (handempty)) (inhand ?o) (not (in ?o ?r))
+      (forall (?g - group) (when (member ?r ?g) (not (in ?o ?g))))
+      (when (limited ?r) (free ?r))
+      (forall (?n ?m - count)
+        (when (and (next ?n ?m) (room ?r ?n)) (and (not (room ?r ?n)) (room ?r ?m))))))
+  (:action place
+    :parameters (?o - item ?r - region)
+    :precondition (and (inhand ?o) (at ?r) (or (not (limited ?r)) (free ?r)))
+    :effect (and (not (inhand ?o)) (handempty) (in ?o ?r)
+      (forall (?g - group) (when (member ?r ?g) (in ?o ?g)))
+      (when (and (limited ?r) (forall (?n - count) (or (last ?n) (not (room ?r ?n))))) (not (free ?r)))
+      (forall (?n ?m - count)
+        (when (and (next ?n ?m) (room ?r ?m)) (and (not (room ?r ?m)) (room ?r ?n)))))))
+)";
+  return text;
+}
+
+const std::string& OverlappingDomainText() {
+  static const std::string text = [] {
+    std::string all = RegionDomainText();
+    all.replace(all.find("(last ?n - count))"), 18, "(last ?n - count)\n    (within ?r ?q - region))");
+    return all.substr(0, all.find("  (:action grasp")) + R"(  (:action grasp
+    :parameters (?o - item ?r - region)
+    :precondition (and (handempty) (at ?r) (in ?o ?r))
+    :effect (and (not (handempty)) (inhand ?o)
+      (forall (?q - region) (when (in ?o ?q) (not (in ?o ?q))))
+      (forall (?q - region) (when (and (in ?o ?q) (limited ?q)) (free ?q)))
+      (forall (?g - group) (when (in ?o ?g) (not (in ?o ?g))))
+      (forall (?q - region ?n ?m - count) (when (and (in ?o ?q) (next ?n ?m) (room ?q ?n))
+        (and (not (room ?q ?n)) (room ?q ?m))))))
+  (:action place
+    :parameters (?o - item ?r - region)
+    :precondition (and (inhand ?o) (at ?r)
+      (forall (?q - region) (imply (within ?r ?q) (or (not (limited ?q)) (free ?q)))))
+    :effect (and (not (inhand ?o)) (handempty)
+      (forall (?q - region) (when (within ?r ?q) (in ?o ?q)))
+      (forall (?q - region ?g - group) (when (and (within ?r ?q) (member ?q ?g)) (in ?o ?g)))
+      (forall (?q - region) (when (and (within ?r ?q) (limited ?q)
+        (forall (?n - count) (or (last ?n) (not (room ?q ?n))))) (not (free ?q))))
+      (forall (?q - region ?n ?m - count) (when (and (within ?r ?q) (next ?n ?m) (room ?q ?m))
+        (and (not (room ?q ?m)) (room ?q ?n)))))))
+)";
+  }();
+  return text;
+}
+
+bool RegionLayout::overlaps() const {
+  return !within.empty() ||
+         std::any_of(items.begin(), items.end(), [](const Item& item) { return !item.others.empty(); });
+}
+
+std::string RegionProblemText(const RegionLayout& layout) { return ProblemWriter(layout).Text("regions"); }
+
+const std::string& PoseDomainText() {
+  static const std::string text = R"((define (domain poses)
+  (:requirements :adl)
+  (:types hub pose region group item count)
+  (:predicates
+    (at ?p - (either hub pose)) (in ?o - item ?a - (either pose region group)) (inhand ?o - item) (handempty)
+    (of ?p - pose ?r - region)                ; the pose is in the region
+    (free ?r - region) (limited ?r - region) (member ?r - region ?g - group)
+    (room ?r - region ?n - count) (next ?n ?m - count) (last ?n - count)
+    (taken ?p - pose))
+  (:action move
+    :parameters (?to - (either hub pose))
+    :precondition (and (handempty) (exists (?h - hub)
+      (or (and (= ?to ?h) (not (at ?h))) (and (not (= ?to ?h)) (at ?h)))))
+    :effect (and (forall (?p - (either hub pose)) (not (at ?p))) (at ?to)))
+  (:action hold
+    :parameters (?o - item ?to - (either hub pose))
+    :precondition (and (inhand ?o) (exists (?h - hub)
+      (or (and (= ?to ?h) (not (at ?h))) (and (not (= ?to ?h)) (at ?h)))))
+    :effect (and (forall (?p - (either hub pose)) (not (at ?p))) (at ?to)))
+  (:action grasp
+    :parameters (?o - item ?p - pose)
+    :precondition (and (handempty) (at ?p) (in ?o ?p))
+    :effect (and (not (handempty)) (inhand ?o) (not (in ?o ?p)) (not (taken ?p))
+      (forall (?r - region) (when (of ?p ?r) (not (in ?o ?r))))
+      (forall (?r - region ?g - group) (when (and (of ?p ?r) (member ?r ?g)) (not (in ?o ?g))))
+      (forall (?r - region) (when (and (of ?p ?r) (limited ?r)) (free ?r)))
+      (forall (?r - region ?n ?m - count) (when (and (of ?p ?r) (next ?n ?m) (room ?r ?n))
+        (and (not (room ?r ?n)) (room ?r ?m))))))
+  (:action place
+    :parameters (?o - item ?p - pose)
+    :precondition (and (inhand ?o) (at ?p) (not (taken ?p))
+      (exists (?r - region) (and (of ?p ?r) (or (not (limited ?r)) (free ?r)))))
+    :effect (and (not (inhand ?o)) (handempty) (in ?o ?p) (taken ?p)
+      (forall (?r - region) (when (of ?p ?r) (in ?o ?r)))
+      (forall (?r - region ?g - group) (when (and (of ?p ?r) (member ?r ?g)) (in ?o ?g)))
+      (forall (?r - region) (when (and (of ?p ?r) (limited ?r)
+        (forall (?n - count) (or (last ?n) (not (room ?r ?n))))) (not (free ?r))))
+      (forall (?r - region ?n ?m - count) (when (and (of ?p ?r) (next ?n ?m) (room ?r ?m))
+        (and (not (room ?r ?m)) (room ?r ?n)))))))
+)";
+  return text;
+}
+
+std::string PoseProblemText(const RegionLayout& layout, int poses) {
+  ProblemWriter writer(layout);
+  for (const RegionLayout::Place& region : layout.regions) {
+    for (int k = 1; k <= poses; ++k) {
+      writer.Declare(scenario::Numbered(region.name, k), "pose");
+      writer.Add("(of " + scenario::Numbered(region.name, k) + " " + region.name + ")");
+    }
+  }
+  std::map<std::string, int> held;
+  for (const RegionLayout::Item& item : layout.items) {
+    const std::string pose = scenario::Numbered(item.region, ++held[item.region]);
+    writer.Add("(in " + item.name + " " + pose + ") (taken " + pose + ")");
+  }
+  return writer.Text("poses");
+}
+
+RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, Location>& where,
+                        const Location& task, Diagnostics& diagnostics) {
+  return LayoutFinder(scene, where, task, diagnostics).Find();
+}
+
+std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
+                                                           const std::map<std::string, Location>& where,
+                                                           const Location& task, Diagnostics& diagnostics) {
+  Diagnostics mistakes;
+  const RegionLayout layout = FindLayout(scene, where, task, mistakes);
+  for (const Diagnostic& mistake : mistakes.list())
+    diagnostics.Add(mistake.where, mistake.message, mistake.accepted);
+  if (!mistakes.empty()) return nullptr;
+  return symbolic::ParseProblem(
+      RegionProblemText(layout), "the scene's regions",
+      symbolic::ParseDomain(layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
+                            "the domain of regions"));
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/common/error.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/pddl/pddl.h"
+
+namespace tether::planning {
+
+/// What there is in a scene with regions, without geometry.
+struct RegionLayout {
+  struct Place {
+    std::string name;
+    int capacity = 0;  ///< Objects that fit; 0: no limit.
+  };
+  struct Item {
+    std::string name;
+    std::string region;  ///< Where it is at the start: where it is grasped, if it is in several.
+    std::vector<std::string> others = {};  ///< The other regions that it is in then.
+  };
+  std::string hub;  ///< Where the hand is at the start; it connects all regions.
+  std::vector<Place> regions;
+  std::vector<Item> items;
+  std::map<std::string, std::vector<std::string>> groups;
+  /// (r, q): r lies within q, so that what is placed in r is in q too.
+  std::vector<std::pair<std::string, std::string>> within = {};
+
+  /// Some object is or may come to be in several regions.
+  bool overlaps() const;
+};
+
+/// The text of the manipulation domain of paper B (section 3.1, after He et al., ICRA 2015), for scenes with
+/// regions: MOVE and HOLD between the hub, which connects all regions, and a region; GRASP; PLACE into a
+/// region that is free. Each costs 1. An object counts as in a region, and in the groups that this belongs
+/// to, only when it is placed there.
+const std::string& RegionDomainText();
+
+/// The same actions where regions overlap: what is placed in a region is also in those around it, and needs
+/// room there; what is grasped is in no region any more.
+const std::string& OverlappingDomainText();
+
+/// The problem of a layout in that domain. The goal is empty: everything reaches it.
+std::string RegionProblemText(const RegionLayout& layout);
+
+/// The domain and the problem with each region cut into `poses` places to put something, as He et al. do: the
+/// hand moves to a pose, and a region still takes no more objects than its capacity says. Poses are named
+/// after their region and number: heat.3.
+const std::string& PoseDomainText();
+std::string PoseProblemText(const RegionLayout& layout, int poses);
+
+/// What there is in a scene: movable objects are where geometry says, where regions overlap in each that they
+/// fit.
+///
+/// `where` says where each name of the scene was written, `task` where the task was. Adds a diagnostic for
+/// each object in no region, each region with more objects than fit, a hub that is missing or not the only
+/// one; then the layout is of no use.
+RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, Location>& where,
+                        const Location& task, Diagnostics& diagnostics);
+
+/// The problem of a scene with regions and without PDDL; null after mistakes, which go to `diagnostics`.
+std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
+                                                           const std::map<std::string, Location>& where,
+                                                           const Location& task, Diagnostics& diagnostics);
+
+}  // namespace tether::planning

@@ -1,0 +1,439 @@
+#include "tether/planning/plan/candidate.h"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "tether/common/log.h"
+#include "tether/planning/program/effort.h"
+#include "tether/planning/modes/hand_bounds.h"
+#include "tether/planning/modes/packing.h"
+#include "tether/planning/modes/mode_assignment.h"
+#include "tether/planning/ik/ik_rows.h"
+
+namespace tether::planning {
+namespace {
+
+// So many ways are looked at where the first one does not promise well.
+constexpr size_t kLookedAt = 48;
+// A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
+// optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
+constexpr double kWorthTrying = 0.5;
+// Of a row's violation, m or rad.
+constexpr double kLeastSuspicious = 1e-3;
+// So many of the best ways get further starts if none is accepted from its own guess.
+constexpr size_t kRestarted = 2;
+constexpr size_t kMostAlternatives = 2;
+// So many arrangements of the objects that share a support.
+constexpr int kArrangements = 16;
+// So many of them that are feasible are compared; ways that are tried before.
+constexpr int kMostArranged = 3;
+constexpr int kBeforeArranging = 4;
+// Where no arrangement is feasible either, so many ways are tried in all: another order is likelier to do.
+constexpr int kAfterArranging = 8;
+// Results that the checker rejects rank behind all others.
+constexpr double kRejected = 1e3;
+// Constraints named as blocking each other, at most.
+constexpr size_t kMostBlocking = 6;
+
+std::vector<BoundStep> FirstSteps(const std::vector<BoundStep>& steps, size_t actions) {
+  std::vector<BoundStep> first;
+  for (const BoundStep& step : steps) {
+    if (step.action_index < static_cast<int>(actions)) first.push_back(step);
+  }
+  return first;
+}
+
+/// The optimisation of a sequence of actions that begins at the start.
+class CandidateRun {
+ public:
+  CandidateRun(const SceneFacts& facts, std::vector<std::string> actions, std::vector<BoundStep> steps,
+               int index, const Limits& limits)
+      : facts_(facts),
+        problem_(facts.problem()),
+        actions_(std::move(actions)),
+        steps_(std::move(steps)),
+        index_(index),
+        limits_(limits),
+        effort_(EffortOf(problem_.program)),
+        starts_(problem_.program.starts + effort_.more_starts),
+        random_(Random(problem_.search.seed).Split("candidate 0")) {
+    report_.plan.actions = actions_;
+    report_.plan.scenario = problem_.title;
+    report_.plan.robot = problem_.robot.name;
+  }
+
+  CandidateReport Run() {
+    const auto refutation =
+        NeedsIkSolutions(problem_) ? RefuteByReach(facts_, steps_) : std::optional<ReachRefutation>();
+    if (refutation) {
+      refutations_ = {refutation->reason};
+      report_.reason = refutation->reason;
+      refuted_actions_ = static_cast<size_t>(refutation->action_index) + 1;
+      proved_ = true;
+      unmoved_ = refutation->unmoved;
+      Conclude();
+      return std::move(report_);
+    }
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
+    const ModeAssignment first = DescribeModeAssignment(facts_, {}, key_poses);
+    if (first.likely_best && Try(first, key_poses)) {
+      TryAlternatives(first);
+    } else {
+      TryModeAssignments(first.likely_best);
+    }
+    // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
+    failed_.resize(std::min(failed_.size(), kRestarted));
+    for (int start = 1; start < starts_; ++start) {
+      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
+        Restart(failed_[i].way, start);
+    }
+    Conclude();
+    return std::move(report_);
+  }
+
+  /// After Run(): so many first actions are proved impossible, or beyond the model; 0: none.
+  size_t refuted_actions() const { return refuted_actions_; }
+  /// After Run(): the last of these is so whatever comes before it.
+  bool refuted_anywhere() const { return refuted_anywhere_; }
+  /// After Run(): the last of these is impossible as long as nothing moves one of these objects.
+  const std::vector<std::string>& unmoved() const { return unmoved_; }
+  /// After Run(): the best that was accepted; null: nothing.
+  std::shared_ptr<Optimum> optimum() const { return optimum_; }
+  /// After Run(), where nothing was accepted: the steps whose constraints block each other.
+  const std::set<int>& blocking_steps() const { return blocking_steps_; }
+
+ private:
+  /// There is a result that the checker accepts and that keeps every row.
+  bool feasible() const { return least_violation_ == 0.0; }
+
+  /// Key poses of the first `actions` actions in this way; empty: none were found. Other candidates that
+  /// begin alike ask the same, so the answer is kept; it depends on nothing but the problem.
+  std::vector<math::Pose> SolvePrefix(const ModeAssignment& way, size_t actions) const {
+    const Variant variant = FirstChoices(way, actions);
+    std::string key = "beginning";
+    for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
+    for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
+    return *facts_.memo().Get<std::vector<math::Pose>>(key, [&] {
+      const std::vector<BoundStep> steps = FirstSteps(steps_, actions);
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps, variant, {.near = kNear});
+      nlp::Result result;
+      if (key_poses.refutations.empty())
+        result = SolveKeyPoses(facts_, steps, limits_, effort_.beginning, nullptr, key_poses);
+      if (result.x.poses.size() != steps.size() ||
+          (!KeepsRows(result) && !CheckKeyPoses(facts_, steps, result.x.poses).Feasible(problem_.program)))
+        result.x.poses.clear();
+      return std::move(result.x.poses);
+    });
+  }
+
+  /// The way fails already where an earlier one failed, whatever comes later.
+  bool BeginsBadly(const ModeAssignment& way) const {
+    return std::any_of(suspects_.begin(), suspects_.end(),
+                       [&](size_t actions) { return SolvePrefix(way, actions).empty(); });
+  }
+
+  /// Where only a beginning failed, and that can be met by itself: again from there.
+  bool TryFromPrefix(const ModeAssignment& way) {
+    if (last_suspect_ == 0) return false;
+    ProgramStart start;
+    start.near = kNear;
+    start.beginning = SolvePrefix(way, last_suspect_);
+    if (start.beginning.empty()) return false;
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, start);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, effort_.first);
+  }
+
+  bool Try(const ModeAssignment& way, KeyPoseProgram& key_poses) {
+    // Rows may refute what the guess did not.
+    if (!key_poses.refutations.empty()) {
+      NoteRefutation(DescribeModeAssignment(facts_, way.variant, key_poses));
+      return false;
+    }
+    all_refuted_ = false;
+    const bool had_one = optimum_ != nullptr;
+    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromPrefix(way)) return true;
+    // Feasible but for room to spare: with less of that.
+    if (!had_one && optimum_ != nullptr && Restart(way, starts_ - 1)) return true;
+    failed_.push_back({last_violation_, way});
+    return false;
+  }
+
+  /// Others promise about as much as the first, which is feasible: the best of them may be cheaper.
+  void TryAlternatives(const ModeAssignment& first) {
+    const std::vector<ModeAssignment> alternatives = FindAlternatives(facts_, steps_, first, limits_);
+    for (size_t i = 0; i < std::min(alternatives.size(), kMostAlternatives) && !limits_.Over(); ++i) {
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, alternatives[i].variant, {.near = kNear});
+      if (key_poses.refutations.empty()) SolveAndJudge(key_poses, 0, effort_.first);
+    }
+  }
+
+  /// Where several objects come onto one support: from places for all of them that were found together, the
+  /// best of a few that are feasible.
+  /// False if there are not so many on any support.
+  bool TryArrangements(const Variant& variant) {
+    if (!Packing::IsNeeded(steps_)) return false;
+    const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
+    if (!guess.refutations.empty()) return true;
+    const Packing packing(facts_, steps_, guess);
+    // With less clearance the places that each found by itself may do.
+    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return true;
+    int feasible_ones = 0;
+    for (int attempt = 0; attempt < kArrangements && feasible_ones < kMostArranged && !limits_.Over();
+         ++attempt) {
+      auto arrangement = packing.Arrange(attempt, random_.Split("arrangement " + std::to_string(attempt)));
+      if (!arrangement) continue;
+      ProgramStart start;
+      start.near = kNear;
+      start.tight = arrangement->tight;
+      start.placed = std::move(arrangement->placed);
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, variant, start);
+      if (!key_poses.refutations.empty()) continue;
+      all_refuted_ = false;
+      if (SolveAndJudge(key_poses, attempt, effort_.restart)) ++feasible_ones;
+    }
+    return true;
+  }
+
+  /// Tries ways in the order of what they promise, except the first one if that was `tried`.
+  void TryModeAssignments(bool tried) {
+    const ModeAssignments ways = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
+    exhausted_ = ways.exhausted;
+    for (const ModeAssignment& way : ways.refuted) {
+      NoteRefutation(way);
+      if (refuted_actions_ > 0) return;
+    }
+    int count = 0, most = problem_.program.max_variants;
+    for (const ModeAssignment& way : ways.open) {
+      if (feasible() && kWorthTrying * way.predicted_cost > report_.plan.cost) break;
+      if (tried && way.variant.empty()) continue;
+      if (BeginsBadly(way)) continue;
+      // A way that was not tried leaves the candidate without a proof.
+      if (limits_.Over() || ++count > most) {
+        exhausted_ = false;
+        break;
+      }
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
+      Try(way, key_poses);
+      if (!feasible() && count == kBeforeArranging && TryArrangements(ways.open.front().variant))
+        most = std::min(most, kAfterArranging);
+    }
+    if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
+  }
+
+  void NoteRefutation(const ModeAssignment& way) {
+    refutations_.insert(refutations_.end(), way.refutations.begin(), way.refutations.end());
+    constant_proof_ = constant_proof_ || way.constant_proof;
+    if (way.refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(way.refuted_action) + 1;
+    refuted_anywhere_ = way.refuted_anywhere;
+    proved_ = way.refuted_proved;
+    report_.reason = way.refuted_reason;
+  }
+
+  /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
+  /// asks for less.
+  bool Restart(const ModeAssignment& way, int start) {
+    ProgramStart how;
+    how.tight = start == starts_ - 1;
+    how.noise = how.tight ? 0 : 0.5;
+    how.random = random_.Split("start " + std::to_string(start));
+    how.near = kNear;
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
+    return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, effort_.restart);
+  }
+
+  bool SolveAndJudge(KeyPoseProgram& key_poses, int start, int max_iterations) {
+    const nlp::Result result = SolveKeyPoses(facts_, steps_, limits_, max_iterations, nullptr, key_poses);
+    LogDebug("candidate " + std::to_string(index_) + " start " + std::to_string(start) + ": " +
+             result.Summary() + ArmProblems(key_poses.ik_solutions));
+    report_.evaluations += result.evaluations;
+    if (result.status == nlp::Status::kFailed && !optimum_) report_.reason = result.message;
+    last_violation_ = result.max_violation_m + result.max_violation_rad;
+    NoteSuspect(key_poses.program, result);
+    return static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() &&
+           Judge(key_poses, result);
+  }
+
+  /// Why the arm can't take these key poses, for the log.
+  std::string ArmProblems(const std::vector<IkSolution>& ik_solutions) const {
+    std::string all;
+    for (size_t t = 0; t < ik_solutions.size(); ++t) {
+      if (!ik_solutions[t].problem.empty()) all += "; " + steps_[t].action + ": " + ik_solutions[t].problem;
+    }
+    return all;
+  }
+
+  /// The first action with a violated row may be where it fails.
+  void NoteSuspect(const nlp::Program& program, const nlp::Result& result) {
+    last_suspect_ = 0;
+    if (KeepsRows(result)) return;
+    int first = static_cast<int>(actions_.size());
+    for (const nlp::Assessment::Violation& violation : nlp::Assess(program, result.x).violations) {
+      if (violation.amount < kLeastSuspicious) break;
+      const auto step = static_cast<size_t>(violation.residual->step());
+      first = std::min(first, steps_[step].action_index + 1);
+    }
+    if (first == static_cast<int>(actions_.size())) return;
+    last_suspect_ = static_cast<size_t>(first);
+    suspects_.insert(last_suspect_);
+  }
+
+  /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
+  bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
+    const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses, JointsOf(key_poses.ik_solutions));
+    const bool accepted = check.Feasible(problem_.program) && AllHaveIkSolutions(facts_, key_poses);
+    // What the program asks beyond the checker (room to spare) is given up only if it can't be had.
+    const bool kept = KeepsRows(result);
+    const double violation = !accepted ? kRejected + check.max_violation_m + check.max_violation_rad
+                             : !kept   ? result.max_violation_m + result.max_violation_rad
+                                       : 0;
+    if (!least_violation_ || violation < *least_violation_ ||
+        (violation == *least_violation_ && check.cost < report_.plan.cost)) {
+      least_violation_ = violation;
+      ReportKeyPoses(facts_, actions_, steps_, result.x.poses, key_poses.ik_solutions, check, report_);
+      report_.trace = result.trace;
+      report_.blocking.clear();
+      blocking_steps_.clear();
+      optimum_.reset();
+      if (accepted) {
+        key_poses.guess = result.x;
+        optimum_ =
+            std::make_shared<Optimum>(Optimum{actions_, steps_, std::move(key_poses), result.warm_start});
+      } else {
+        NameBlocking(key_poses, result, check);
+      }
+    }
+    return accepted && kept;
+  }
+
+  /// What can't hold together: by the solver, and by the checker.
+  void NameBlocking(const KeyPoseProgram& key_poses, const nlp::Result& result, const CheckResult& check) {
+    const auto name = [&](int step, const std::string& text) {
+      blocking_steps_.insert(step);
+      std::vector<std::string>& all = report_.blocking;
+      if (all.size() < kMostBlocking && std::find(all.begin(), all.end(), text) == all.end())
+        all.push_back(text);
+    };
+    for (const int term : result.blocking_terms) {
+      const nlp::Residual& residual = *key_poses.program.terms()[static_cast<size_t>(term)].residual;
+      name(residual.step(), residual.name());
+    }
+    for (size_t t = 0; t < key_poses.ik_solutions.size(); ++t) {
+      const std::string& problem = key_poses.ik_solutions[t].problem;
+      if (!problem.empty()) name(static_cast<int>(t), steps_[t].action + ": " + problem);
+    }
+    for (const CheckFinding& finding : check.findings) {
+      const ProgramOptions& options = problem_.program;
+      if (finding.amount > (finding.unit == nlp::Unit::kRadian ? options.feasible_rad : options.feasible_m))
+        name(finding.step, finding.action + ": " + finding.label);
+    }
+    report_.reason += LackOfRoom(report_.blocking);
+  }
+
+  /// Of constraints that block each other, what there is no room beside; the worst violation may be another
+  /// one, since the optimiser shares it out: "; no room for the hand beside can and box".
+  static std::string LackOfRoom(const std::vector<std::string>& blocking) {
+    const std::string word = "clearance(";
+    std::string of, beside;
+    for (const std::string& text : blocking) {
+      const size_t begin = text.find(word), comma = text.find(", ", begin), end = text.find(')', comma);
+      if (begin == std::string::npos || comma == std::string::npos || end == std::string::npos) continue;
+      const std::string moved = text.substr(begin + word.size(), comma - begin - word.size());
+      const std::string other = text.substr(comma + 2, end - comma - 2);
+      if (of.empty()) of = moved;
+      if (moved != of || beside.find(other) != std::string::npos) continue;
+      beside += (beside.empty() ? "" : " and ") + other;
+    }
+    if (beside.empty()) return "";
+    return "; no room for " + (of == constraints::kHand ? "the hand" : of) + " beside " + beside;
+  }
+
+  void Conclude() {
+    if (optimum_ != nullptr) {
+      report_.status = CandidateStatus::kFeasible;
+      report_.reason.clear();
+      return;
+    }
+    // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
+    // are not among them.
+    const bool refuted = (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
+    report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
+    if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
+    if (limits_.Stopped()) report_.reason = "interrupted";
+    if (report_.reason.empty())
+      report_.reason = limits_.Over() ? "the time limit was reached" : "no start converged";
+  }
+
+  const SceneFacts& facts_;
+  const Problem& problem_;
+  std::vector<std::string> actions_;
+  std::vector<BoundStep> steps_;
+  int index_;
+  const Limits& limits_;
+  Effort effort_;
+  int starts_;
+  Random random_;
+
+  CandidateReport report_;
+  std::optional<double> least_violation_;  // 0: feasible
+  std::vector<std::string> refutations_;
+  std::set<int> blocking_steps_;
+  struct Failure {
+    double violation;
+    ModeAssignment way;
+  };
+  std::vector<Failure> failed_;
+  std::set<size_t> suspects_;  // So many first actions may be where it fails.
+  double last_violation_ = 0;  // of the last solve
+  size_t last_suspect_ = 0;    // of the last solve; 0: none
+  std::shared_ptr<Optimum> optimum_;
+  bool all_refuted_ = true;
+  bool exhausted_ = false;  // All ways were looked at.
+  size_t refuted_actions_ = 0;
+  bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
+  std::vector<std::string> unmoved_;
+};
+
+/// How many first actions of a candidate that was given up fail already: those up to one that takes part in
+/// what blocks it, if they fail by themselves too; else all.
+size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string>& actions,
+                          const std::vector<BoundStep>& steps, const CandidateRun& run, int index,
+                          const Limits& limits) {
+  std::set<size_t> ends;
+  for (const int step : run.blocking_steps())
+    ends.insert(static_cast<size_t>(steps[static_cast<size_t>(step)].action_index) + 1);
+  for (const size_t end : ends) {
+    if (end == actions.size() || limits.Over()) break;
+    CandidateRun first(facts, {actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(end)},
+                       FirstSteps(steps, end), index, limits);
+    if (!first.Run().feasible() && !limits.Over()) return end;
+  }
+  return limits.Over() ? 0 : actions.size();
+}
+
+}  // namespace
+
+Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
+                          const Limits& limits) {
+  const double begin = limits.Elapsed();
+  const std::vector<BoundStep> steps = BindSkeleton(facts.problem(), actions);
+  CandidateRun run(facts, actions, steps, index, limits);
+  Verdict verdict;
+  verdict.report = run.Run();
+  verdict.optimum = run.optimum();
+  verdict.failing_actions = run.refuted_actions();
+  verdict.failing_anywhere = run.refuted_anywhere();
+  verdict.unmoved = run.unmoved();
+  if (verdict.report.status == CandidateStatus::kGaveUp && verdict.failing_actions == 0 && !limits.Over())
+    verdict.failing_actions = FindFailingActions(facts, actions, steps, run, index, limits);
+  verdict.report.optimize_s = limits.Elapsed() - begin;
+  return verdict;
+}
+
+}  // namespace tether::planning

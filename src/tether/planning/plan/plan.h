@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tether/math/pose.h"
+#include "tether/planning/skeleton/action.h"
+
+namespace tether::planning {
+
+/// One key pose of a plan: `control` at X_TC in `target`, whatever the target does meanwhile. Names are
+/// bound.
+struct PlanStep {
+  std::string action;    ///< "pick(hook)"
+  int action_index = 0;  ///< Which of the plan's actions.
+  std::string control;   ///< A frame: an object, or "hand".
+  std::string target;    ///< A frame: an object, or "world".
+  math::Pose X_TC;       ///< Pose of the control frame in the target frame.
+  std::vector<Verb> execute;
+  /// The arm's joints, rad, in one configuration that has the hand there, as far as the plan knows: evidence
+  /// that it can be had, and where the controller's posture begins. Empty: not known.
+  Eigen::VectorXd q = {};
+  /// Of a compound on which `control` is put down, the face that it stands on: "part 1 of shelf". Else empty.
+  /// For people: the pose says it.
+  std::string face = {};
+  bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
+};
+
+/// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker
+/// judges and the executive runs.
+struct Plan {
+  std::string scenario;              ///< Title of the scenario it was made for.
+  std::string robot;                 ///< The acting robot's name.
+  std::vector<std::string> actions;  ///< "pick(hook)", "push(hook,box,table)", …
+  std::vector<PlanStep> steps;
+  double cost = 0;
+};
+
+}  // namespace tether::planning

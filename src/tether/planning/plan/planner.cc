@@ -1,0 +1,453 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <future>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "tether/common/text.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/plan/candidate.h"
+#include "tether/planning/modes/cost_bound.h"
+#include "tether/planning/plan/impossibility.h"
+#include "tether/planning/check/region_check.h"
+#include "tether/planning/skeleton/skeleton_source.h"
+#include "tether/planning/skeleton/subsequences.h"
+
+namespace tether::planning {
+namespace {
+
+// So many states are looked at after each proof, and when nothing was found.
+constexpr size_t kFewStates = 2000;
+constexpr size_t kManyStates = 100'000;
+
+std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<int>& actions) {
+  std::vector<std::string> names;
+  for (int action : actions) names.push_back(task.actions()[static_cast<size_t>(action)].name);
+  return names;
+}
+
+// Where the plans that are wanted are there, so many sequences in a row may be passed over that are none of
+// the candidates.
+constexpr int kMostPassedOver = 1000;
+// A plan that costs less by no more than this share is not called better.
+constexpr double kBetter = 1e-6;
+// So many orders of independent actions are looked at for one that is shorter, by a lower bound on its cost
+// that is at most this share of the first one's.
+constexpr int kMostOrders = 300;
+constexpr double kMuchShorter = 0.98;
+
+/// The outer loop: sequences come from the task search in its order. Each waits for those of its parts that
+/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is
+/// passed over. So are other orders of what is feasible. The others are candidates; they are dealt with one
+/// after another, each by what came of those before it. What other threads begin ahead is taken over only if
+/// its turn comes, so that the number of threads changes nothing but the time.
+class Planner {
+ public:
+  Planner(const Problem& problem, const symbolic::Task& task, const CandidateCallback& on_candidate)
+      : problem_(problem),
+        task_(task),
+        on_candidate_(on_candidate),
+        limits_(problem.search),
+        scope_(limits_),
+        facts_(problem),
+        source_(task, problem.goal, problem.search),
+        subsequences_(source_.MakeProduct()) {}
+
+  PlanReport Run() {
+    try {
+      Search();
+    } catch (const LimitReached& reached) {
+      reached_ = reached.limit();
+    }
+    Conclude();
+    return std::move(report_);
+  }
+
+ private:
+  void Search() {
+    while (!HasEnded()) {
+      const double begin = limits_.Elapsed();
+      std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
+      report_.search_s += limits_.Elapsed() - begin;
+      if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
+      DealWithAll(std::move(batch));
+    }
+  }
+
+  /// A sequence, and what is known of it before its turn.
+  struct Candidate {
+    std::vector<int> actions;
+    int index = 0;                      // in the order of finding
+    std::future<Verdict> verdict = {};  // if it was begun ahead; its destructor waits
+  };
+  enum class Fate {
+    kFeasible,
+    kFailed,      // refuted or given up
+    kPassedOver,  // not tried: what makes it needless is feasible or costs less
+  };
+
+  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
+  bool AllWanted() const { return problem_.search.max_plans == 0; }
+  size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
+  /// The plans that are wanted are there.
+  bool Enough() const { return !AllWanted() && costs_.size() >= Wanted(); }
+  /// As many plans as are wanted cost no more than `bound`.
+  bool EnoughWithout(double bound) const { return Enough() && costs_[Wanted() - 1] <= bound; }
+  /// Plans come best first, or any one will do.
+  bool FirstIsEnough() const {
+    const bool any = problem_.search.method == SearchMethod::kGreedy && !problem_.search.max_plans;
+    return (problem_.search.cheapest_only || any) && Enough();
+  }
+  /// So many candidates are dealt with even if none improves on what there is.
+  double LastToTry() const {
+    return std::max<double>(problem_.search.min_candidates,
+                            problem_.search.patience * static_cast<double>(last_improvement_));
+  }
+
+  bool Refuted(const std::vector<int>& actions) const {
+    return std::any_of(conflicts_.begin(), conflicts_.end(),
+                       [&](const task::Conflict& conflict) { return conflict.RulesOut(actions); });
+  }
+
+  Verdict Optimize(const std::vector<int>& actions, int index) const {
+    const std::vector<std::string> names = ActionNames(task_, actions);
+    const LimitsScope scope(limits_);
+    try {
+      return HasRegionStep(problem_, names) ? CheckRegionSteps(facts_, names, index, limits_)
+                                        : OptimizeCandidate(facts_, names, index, limits_);
+    } catch (const LimitReached& reached) {
+      Verdict verdict;
+      verdict.report.plan.actions = names;
+      verdict.report.reason = reached.what();
+      return verdict;
+    }
+  }
+
+  void DealWithAll(std::vector<std::vector<int>> batch) {
+    std::vector<Candidate> candidates;
+    for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
+    const size_t window = static_cast<size_t>(problem_.search.threads);
+    size_t ahead = 0;
+    for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
+      for (; window > 1 && ahead < candidates.size() && ahead < i + window; ++ahead) {
+        Candidate& next = candidates[ahead];
+        if (!IsReady(next.actions)) continue;
+        next.verdict =
+            std::async(std::launch::async, [this, &next] { return Optimize(next.actions, next.index); });
+      }
+      DealWith(candidates[i]);
+    }
+  }
+
+  /// By what is known so far, it is a candidate.
+  bool IsReady(const std::vector<int>& actions) {
+    if (Refuted(actions) || fates_.contains(actions)) return false;
+    for (const Subsequence& part : subsequences_.Find(actions)) {
+      if (!Counts(part)) continue;
+      const auto fate = fates_.find(part.actions);
+      if (fate == fates_.end() || fate->second != Fate::kFailed) return false;
+    }
+    return !IsOtherOrder(actions);
+  }
+
+  /// A part that may be a plan: not ruled out, nor one that the search leaves out.
+  bool Counts(const Subsequence& part) const {
+    return !Refuted(part.actions) && (!part.revisits || source_.BringsReturn(part.actions));
+  }
+
+  /// Some part of it may do without the rest. Parts that did not come yet are dealt with first.
+  bool HasPlanAsPart(const Candidate& candidate) {
+    for (Subsequence& part : subsequences_.Find(candidate.actions)) {
+      if (!Counts(part)) continue;
+      if (!fates_.contains(part.actions)) {
+        source_.Exclude(part.actions);
+        Candidate first{part.actions, candidate.index};
+        DealWith(first);
+        if (HasEnded()) return true;
+      }
+      const auto fate = fates_.find(part.actions);
+      if (fate != fates_.end() && fate->second != Fate::kFailed) return true;
+    }
+    return false;
+  }
+
+  /// A feasible plan does the same in another order, as far as the symbols know.
+  bool IsOtherOrder(const std::vector<int>& actions) {
+    if (AllWanted() || feasible_orders_.empty()) return false;
+    std::vector<int> sorted = actions;
+    std::sort(sorted.begin(), sorted.end());
+    const auto same_actions = feasible_orders_.find(sorted);
+    return same_actions != feasible_orders_.end() &&
+           same_actions->second.contains(subsequences_.NormalOrder(actions));
+  }
+
+  void DealWith(Candidate& candidate, bool in_any_order = false) {
+    const std::vector<int>& actions = candidate.actions;
+    if (Refuted(actions) || fates_.contains(actions)) return;
+    const bool needless = HasPlanAsPart(candidate);
+    if (HasEnded()) return;
+    if (needless || (!in_any_order && IsOtherOrder(actions))) {
+      PassOver(actions, needless);
+      return;
+    }
+    if (Enough() && static_cast<double>(report_.candidates.size()) >= LastToTry()) {
+      ended_ = true;
+      return;
+    }
+    passed_over_ = 0;
+    double bound = 0;
+    if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only) bound = BoundOf(actions);
+    // It can't be among the best.
+    if (EnoughWithout(bound)) {
+      fates_[actions] = Fate::kPassedOver;
+      Prune(actions, bound);
+      return;
+    }
+    Verdict verdict =
+        candidate.verdict.valid() ? candidate.verdict.get() : Optimize(actions, candidate.index);
+    Take(actions, bound, std::move(verdict));
+    // The order matters where another one seems to be shorter.
+    if (in_any_order || AllWanted() || problem_.search.cheapest_only || FirstIsEnough() ||
+        fates_.at(actions) != Fate::kFeasible)
+      return;
+    Candidate shorter{ShorterOrder(actions), candidate.index};
+    if (shorter.actions.empty() || fates_.contains(shorter.actions)) return;
+    source_.Exclude(shorter.actions);
+    DealWith(shorter, true);
+  }
+
+  double BoundOf(const std::vector<int>& actions) const {
+    return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
+  }
+
+  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if
+  /// there is none.
+  std::vector<int> ShorterOrder(const std::vector<int>& actions) {
+    std::vector<int> best = actions;
+    std::vector<std::vector<int>> others = subsequences_.Exchanged(best);
+    if (others.empty()) return {};
+    const double first = BoundOf(actions);
+    double least = first;
+    size_t in_vain = 0;
+    for (int at = 0; at < kMostOrders && in_vain < others.size() && !limits_.Over(); ++at) {
+      std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
+      const double bound = BoundOf(other);
+      ++in_vain;
+      if (bound >= least * (1 - kBetter)) continue;
+      least = bound;
+      best = std::move(other);
+      others = subsequences_.Exchanged(best);
+      in_vain = 0;
+    }
+    return least < kMuchShorter * first ? best : std::vector<int>();
+  }
+
+  void PassOver(const std::vector<int>& actions, bool needless) {
+    fates_[actions] = Fate::kPassedOver;
+    ++(needless ? report_.needless : report_.other_orders);
+    if (Enough() && ++passed_over_ >= kMostPassedOver) ended_ = true;
+  }
+
+  /// Keeps the costs in order.
+  void AddPlan(const std::vector<int>& actions, double cost) {
+    if (!Enough() || cost < costs_[Wanted() - 1] - kBetter * std::abs(cost))
+      last_improvement_ = report_.candidates.size() + 1;
+    costs_.insert(std::upper_bound(costs_.begin(), costs_.end(), cost), cost);
+    if (AllWanted()) return;
+    std::vector<int> sorted = actions;
+    std::sort(sorted.begin(), sorted.end());
+    feasible_orders_[sorted].insert(subsequences_.NormalOrder(actions));
+  }
+
+  void Prune(const std::vector<int>& actions, double bound) {
+    CandidateReport pruned;
+    pruned.status = CandidateStatus::kPruned;
+    pruned.plan.actions = ActionNames(task_, actions);
+    pruned.bound = bound;
+    char text[64];
+    FormatInto(text, sizeof text, "it costs at least %.4f", bound);
+    pruned.reason = text;
+    if (on_candidate_) on_candidate_(pruned);
+    report_.candidates.push_back(std::move(pruned));
+  }
+
+  void Take(const std::vector<int>& actions, double bound, Verdict verdict) {
+    CandidateReport& report = verdict.report;
+    report.bound = bound;
+    // Where no poses are to be compared, plans cost what their actions do.
+    if (problem_.search.cheapest_only) report.bound = report.plan.cost = CostOf(actions);
+    fates_[actions] = report.feasible() ? Fate::kFeasible : Fate::kFailed;
+    if (report.feasible()) AddPlan(actions, report.plan.cost);
+    if (verdict.failing_actions > 0) AddConflict(actions, verdict);
+    if (on_candidate_) on_candidate_(report);
+    report_.candidates.push_back(std::move(report));
+  }
+
+  void AddConflict(const std::vector<int>& actions, const Verdict& verdict) {
+    task::Conflict conflict;
+    conflict.kind = verdict.report.status == CandidateStatus::kInfeasible ? task::Conflict::Kind::kProved
+                                                                          : task::Conflict::Kind::kGaveUp;
+    const auto end = actions.begin() + static_cast<std::ptrdiff_t>(verdict.failing_actions);
+    conflict.prefix = {actions.begin(), end};
+    conflict.anywhere = verdict.failing_anywhere;
+    if (!verdict.unmoved.empty()) {
+      conflict.unless = ActionsThatMove(verdict.unmoved);
+      conflict.anywhere = conflict.unless.empty();
+    }
+    conflict.constraints = verdict.report.blocking;
+    conflict.reason = verdict.report.reason;
+    source_.AddConflict(conflict);
+    conflicts_.push_back(std::move(conflict));
+    impossible_ = costs_.empty() && conflicts_.back().kind == task::Conflict::Kind::kProved &&
+                  NoSequenceIsLeft(task_, problem_.goal, conflicts_, kFewStates, limits_);
+  }
+
+  /// Ground actions with a step that brings one of these objects somewhere.
+  std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) {
+    if (moved_by_.empty()) {
+      for (const auto& action : task_.actions()) {
+        PollLimits();
+        std::vector<std::string>& moved = moved_by_.emplace_back();
+        const ActionCall call = ParseActionCall(action.name);
+        for (const ActionSchema& schema : problem_.actions) {
+          if (schema.name != call.name) continue;
+          for (const StepSchema& step : BindAction(schema, call.arguments)) moved.push_back(step.control);
+        }
+      }
+    }
+    std::vector<int> all;
+    for (size_t action = 0; action < moved_by_.size(); ++action) {
+      PollLimits();
+      const std::vector<std::string>& moved = moved_by_[action];
+      if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
+        all.push_back(static_cast<int>(action));
+    }
+    return all;
+  }
+
+  double CostOf(const std::vector<int>& actions) const {
+    int64_t cost = 0;
+    for (int action : actions) cost += task_.actions()[static_cast<size_t>(action)].cost;
+    return static_cast<double>(cost) * task_.cost_unit();
+  }
+
+  std::string WhyIncomplete() const;
+  void Conclude();
+
+  const Problem& problem_;
+  const symbolic::Task& task_;
+  const CandidateCallback& on_candidate_;
+  const Limits limits_;
+  const LimitsScope scope_;
+  std::optional<Limit> reached_;  // What ended the search from within.
+  const SceneFacts facts_;
+  SkeletonSource source_;
+  Subsequences subsequences_;
+  int next_index_ = 0;
+  std::map<std::vector<int>, Fate> fates_;  // of all sequences that had their turn and were not ruled out
+  std::vector<double> costs_;               // of the feasible ones, ascending
+  std::map<std::vector<int>, std::set<std::vector<int>>> feasible_orders_;  // normal ones, by sorted actions
+  size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
+  int passed_over_ = 0;          // since the last candidate
+  bool ended_ = false;           // Other candidates may be left.
+  std::vector<task::Conflict> conflicts_;
+  bool impossible_ = false;  // What is proved rules out every sequence.
+  std::vector<std::vector<std::string>>
+      moved_by_;  // The frames that each ground action moves; filled when asked for.
+  PlanReport report_;
+};
+
+/// Of a planning that found plans: what was left out, and what to ask for to have it.
+std::string Planner::WhyIncomplete() const {
+  const std::string all = "max_plans: 0 (--max-plans 0) tries them all";
+  if (const auto limit = limits_.Reached()) return std::string(task::Describe(task::StatusOf(*limit)));
+  if (FirstIsEnough()) return "a greedy search takes the first plan; others may cost less: " + all;
+  if (ended_ && passed_over_ >= kMostPassedOver)
+    return "the last " + std::to_string(kMostPassedOver) +
+           " sequences of actions do no more than a plan that was found, or the same in another order, and "
+           "planning ended there; " +
+           all;
+  if (ended_)
+    return "planning ended because the last candidates, from number " +
+           std::to_string(last_improvement_ + 1) +
+           " on, were no better; min_candidates and patience have it go on, and " + all;
+  if (report_.other_orders > 0)
+    return std::to_string(report_.other_orders) +
+           " other orders of actions that don't depend on each other were not tried; " + all;
+  return std::string(task::Describe(source_.ended()));
+}
+
+void Planner::Conclude() {
+  const auto limit = reached_ ? reached_ : limits_.Reached();
+  const task::SearchStatus ended = limit ? task::StatusOf(*limit) : source_.ended();
+  report_.expanded = static_cast<int>(source_.expanded());
+  report_.generated = static_cast<int>(source_.generated());
+  report_.total_s = limits_.Elapsed();
+  report_.optimize_s = report_.total_s - report_.search_s;
+  const bool all_seen = ended == task::SearchStatus::kExhausted;
+  // What a limit on the length cut short may be no sequence at all.
+  impossible_ = impossible_ || (costs_.empty() && !all_seen && !limit &&
+                                NoSequenceIsLeft(task_, problem_.goal, conflicts_, kManyStates, limits_));
+  const bool greedy = problem_.search.method == SearchMethod::kGreedy;
+  const bool best_is_first = problem_.search.cheapest_only && !greedy && Enough();
+  report_.complete = impossible_ || best_is_first ||
+                     (!limit && !ended_ && report_.other_orders == 0 && !FirstIsEnough() &&
+                      (all_seen || ended == task::SearchStatus::kDepthLimit));
+  const bool all_proved =
+      std::all_of(report_.candidates.begin(), report_.candidates.end(),
+                  [](const CandidateReport& c) { return c.status == CandidateStatus::kInfeasible; });
+  if (!costs_.empty()) {
+    report_.status = PlanStatus::kSolved;
+    if (!report_.complete) report_.message = WhyIncomplete();
+  } else if (limits_.Stopped()) {
+    report_.status = PlanStatus::kInterrupted;
+  } else if (impossible_ || (all_seen && all_proved)) {
+    report_.status = PlanStatus::kImpossible;
+    if (source_.search().product().IsUnsatisfiable()) {
+      report_.message = task::kUnsatisfiable;
+    } else if (report_.candidates.empty()) {
+      report_.message = "no sequence of actions reaches the goal";
+    } else {
+      // The proof that closed the last way, or with all of them the first.
+      const auto lasting = std::find_if(conflicts_.rbegin(), conflicts_.rend(), [](const task::Conflict& c) {
+        return c.kind == task::Conflict::Kind::kProved && (c.anywhere || !c.unless.empty());
+      });
+      const bool last = impossible_ && lasting != conflicts_.rend();
+      report_.message = "every sequence of actions is geometrically impossible: " +
+                        (last ? lasting->reason : report_.candidates.front().reason);
+    }
+  } else {
+    report_.status = PlanStatus::kGaveUp;
+    if (ended == task::SearchStatus::kDepthLimit && report_.candidates.empty()) {
+      report_.message = "no sequence of up to " + std::to_string(problem_.search.max_actions) +
+                        " actions reaches the goal; longer ones may (max_actions)";
+    } else if (limit || ended == task::SearchStatus::kMemoryLimit) {
+      report_.message = task::Describe(ended);
+    } else if (!report_.candidates.empty()) {
+      report_.message = "no candidate has feasible key poses: " + report_.candidates.front().reason;
+    } else {
+      report_.message = std::string(task::Describe(ended));
+    }
+  }
+  if (limits_.Stopped()) report_.status = PlanStatus::kInterrupted;
+}
+
+}  // namespace
+
+PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
+                    const CandidateCallback& on_candidate) {
+  try {
+    return Planner(problem, task, on_candidate).Run();
+  } catch (const LimitReached& reached) {  // before the search began
+    PlanReport report;
+    const bool interrupted = reached.limit() == Limit::kInterrupted;
+    report.status = interrupted ? PlanStatus::kInterrupted : PlanStatus::kGaveUp;
+    report.message = reached.what();
+    return report;
+  }
+}
+
+}  // namespace tether::planning

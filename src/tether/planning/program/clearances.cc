@@ -1,0 +1,107 @@
+#include "tether/planning/program/clearances.h"
+
+#include <algorithm>
+
+#include "tether/geometry/distance/distance.h"
+
+namespace tether::planning {
+namespace {
+
+using constraints::kHand;
+
+/// `exemptions` are those of one step.
+bool IsExempt(const std::vector<Exemption>& exemptions, const std::string& a, int part_a,
+              const std::string& b, int part_b) {
+  for (const Exemption& e : exemptions) {
+    if (e.a == a && e.b == b && (e.part_a < 0 || e.part_a == part_a)) return true;
+    if (e.a == b && e.b == a && (e.part_a < 0 || e.part_a == part_b)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, const std::string& control,
+                              int step) {
+  std::vector<bool> moved;
+  for (const std::string& solid : facts.solids())
+    moved.push_back(solid == kHand || tree.HangsOn(solid, control, step));
+  return moved;
+}
+
+Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
+                       const std::vector<Exemption>& exemptions, bool tight) {
+  const std::vector<std::string>& names = facts.solids();
+  for (const std::string& name : names) solids_.push_back({facts.ShapeOf(name), tree.IndexOf(name), {}});
+  const ProgramOptions& options = facts.problem().program;
+  for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
+    const std::vector<bool> moved = MovedSolids(facts, tree, steps[static_cast<size_t>(t)].schema.control, t);
+    std::vector<Exemption> exempt;
+    for (const Exemption& exemption : exemptions) {
+      if (exemption.step == t) exempt.push_back(exemption);
+    }
+    for (size_t a = 0; a < names.size(); ++a) {
+      for (size_t b = 0; b < names.size(); ++b) {
+        if (!moved[a] || moved[b]) continue;
+        const bool hand = tight || names[a] == kHand || names[b] == kHand;
+        const double clearance = hand ? options.hand_clearance : options.object_clearance;
+        for (int i = 0; i < static_cast<int>(solids_[a].shape->parts.size()); ++i) {
+          for (int j = 0; j < static_cast<int>(solids_[b].shape->parts.size()); ++j) {
+            if (IsExempt(exempt, names[a], i, names[b], j)) continue;
+            pairs_.push_back({t, static_cast<int>(a), static_cast<int>(b), i, j, clearance, false});
+          }
+        }
+      }
+    }
+  }
+}
+
+template <typename Visit>
+void Clearances::ForEachOpen(const FrameTree& tree, const std::vector<math::Pose>& poses, Visit visit) {
+  int step = -1;
+  for (ClearancePair& pair : pairs_) {
+    if (pair.taken) continue;
+    if (pair.step != step) {
+      step = pair.step;
+      tree.PosesAt(step, poses, X_W_);
+      for (Solid& solid : solids_) {
+        solid.boxes.clear();
+        const math::Pose& X_WS = X_W_[static_cast<size_t>(solid.frame)];
+        for (const geometry::Part& part : solid.shape->parts)
+          solid.boxes.push_back(geometry::BoundingBox(part.primitive, X_WS * part.X_SP));
+      }
+    }
+    visit(pair, solids_[static_cast<size_t>(pair.solid_a)], solids_[static_cast<size_t>(pair.solid_b)]);
+  }
+}
+
+std::vector<ClearancePair> Clearances::TakeNear(const FrameTree& tree, const std::vector<math::Pose>& poses,
+                                                double radius) {
+  std::vector<ClearancePair> near;
+  ForEachOpen(tree, poses, [&](ClearancePair& pair, const Solid& a, const Solid& b) {
+    const double distance =
+        a.boxes[static_cast<size_t>(pair.part_a)].DistanceTo(b.boxes[static_cast<size_t>(pair.part_b)]);
+    if (distance > pair.clearance + radius) return;
+    pair.taken = true;
+    near.push_back(pair);
+  });
+  return near;
+}
+
+bool Clearances::AnyViolated(const FrameTree& tree, const std::vector<math::Pose>& poses, double tolerance) {
+  bool any = false;
+  ForEachOpen(tree, poses, [&](ClearancePair& pair, const Solid& a, const Solid& b) {
+    const auto i = static_cast<size_t>(pair.part_a), j = static_cast<size_t>(pair.part_b);
+    if (any || a.boxes[i].DistanceTo(b.boxes[j]) >= pair.clearance) return;
+    const geometry::Part& part_a = a.shape->parts[i];
+    const geometry::Part& part_b = b.shape->parts[j];
+    const double distance =
+        geometry::SignedDistance(part_a.primitive, X_W_[static_cast<size_t>(a.frame)] * part_a.X_SP,
+                                 part_b.primitive, X_W_[static_cast<size_t>(b.frame)] * part_b.X_SP)
+            .distance;
+    any = distance < pair.clearance - tolerance;
+  });
+  return any;
+}
+
+}  // namespace tether::planning

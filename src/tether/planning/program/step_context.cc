@@ -1,0 +1,102 @@
+#include "tether/planning/program/step_context.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "tether/geometry/polygon/support.h"
+
+namespace tether::planning {
+namespace {
+
+// An object whose face is within this of level stands on that face, rad.
+constexpr double kNearlyLevel = 0.15;
+// The hand of a planner without a robot: two fingers of common size.
+constexpr double kFingerRadius = 0.01;
+constexpr double kFingerLength = 0.06;
+constexpr double kFingerSpread = 0.1;
+
+Eigen::Vector3d FindDownFace(const geometry::Shape& shape, const math::Pose& X_WO) {
+  const Eigen::Vector3d down = X_WO.R.transpose() * -Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d best = down;
+  double best_angle = kNearlyLevel;
+  for (const geometry::FlatFacet& face : geometry::RestingFaces(shape, geometry::CentreOfMass(shape))) {
+    const double angle = std::acos(std::min(1.0, face.normal.dot(down)));
+    if (angle < best_angle) {
+      best = face.normal;
+      best_angle = angle;
+    }
+  }
+  return best;
+}
+
+geometry::Shape DefaultHand() {
+  std::vector<geometry::Part> parts;
+  for (int side : {-1, 1}) {
+    parts.push_back({geometry::Capsule{kFingerRadius, kFingerLength},
+                     math::Pose(Eigen::Vector3d(0, side * 0.5 * kFingerSpread, -0.5 * kFingerLength))});
+  }
+  return geometry::Shape(parts);
+}
+
+}  // namespace
+
+SceneFacts::SceneFacts(const Problem& problem) : problem_(problem) {
+  const auto& model = problem.robot.model;
+  hand_ = model != nullptr ? model->HandShape(model->gripper().max_opening) : DefaultHand();
+  for (const scene::Object& object : problem.scene.objects) {
+    down_[object.name] = FindDownFace(object.shape, problem.scene.InitialPose(object.name));
+    solids_.push_back(object.name);
+  }
+  solids_.push_back(constraints::kHand);
+}
+
+const geometry::Shape* SceneFacts::ShapeOf(const std::string& frame) const {
+  if (frame == constraints::kHand) return &hand_;
+  const scene::Object* object = problem_.scene.FindObject(frame);
+  return object != nullptr ? &object->shape : nullptr;
+}
+
+StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& program_memo,
+                         const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
+                         const BoundStep& bound, Chooser chooser)
+    : facts_(facts),
+      program_memo_(program_memo),
+      tree_(tree),
+      poses_(poses),
+      bound_(bound),
+      step_(step),
+      control_(bound.schema.control),
+      target_(bound.schema.target),
+      chooser_(std::move(chooser)) {
+  for (const BoundConstraint& constraint : bound.constraints) {
+    if (constraint.kind->name == "graspable") approach_ = constraint.parameters.Text("approach");
+  }
+}
+
+std::optional<double> StepContext::grip_force(const std::string& object) const {
+  std::optional<double> force;
+  for (const Verb& verb : bound_.schema.execute) {
+    const auto* gripper = std::get_if<GripperVerb>(&verb);
+    if (gripper != nullptr && gripper->close_on == object)
+      force = std::max(force.value_or(0), gripper->force);
+  }
+  return force;
+}
+
+std::optional<double> StepContext::grip_margin(const std::string& object) const {
+  for (const BoundConstraint& constraint : bound_.constraints) {
+    if (constraint.kind->name != "inside" || constraint.parameters.Text("of") != object) continue;
+    const std::string& frame = constraint.parameters.Text("frame");
+    if (frame == constraints::kHand || (frame == constraints::kMoved && control_ == constraints::kHand))
+      return constraint.parameters.Number("margin");
+  }
+  return std::nullopt;
+}
+
+Eigen::Vector3d StepContext::DownFace(const std::string& object) const {
+  // The hand's own down face is its approach direction.
+  return object == constraints::kHand ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : facts_.DownFace(object);
+}
+
+}  // namespace tether::planning

@@ -1,0 +1,343 @@
+// What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tether/constraints/core/kind.h"
+#include "tether/scenario/problem.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/check/checker.h"
+#include "tether/planning/plan/problem.h"
+
+namespace tether::scenario {
+namespace {
+
+using planning::PlanReport;
+using planning::PlanStatus;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kDomain = R"((define (domain own)
+  (:requirements :strips :typing :negative-preconditions :equality)
+  (:types thing)
+  (:predicates (inhand ?a - thing) (free) (on ?a ?b - thing) (tool ?a - thing) (pressed ?a - thing)
+    (pulled ?a - thing) (pusher ?a - thing))
+  (:action pick :parameters (?a - thing) :precondition (and (free) (tool ?a)) :effect (and (inhand ?a) (not (free))))
+  (:action place :parameters (?a ?b - thing) :precondition (and (inhand ?a) (not (= ?a ?b)))
+    :effect (and (on ?a ?b) (free) (not (inhand ?a))))
+  (:action push :parameters (?a ?b ?c - thing) :precondition (and (inhand ?a) (pusher ?a) (not (= ?a ?b)) (on ?b ?c))
+    :effect (pulled ?b))
+  (:action press :parameters (?a ?b - thing) :precondition (and (inhand ?a) (not (= ?a ?b))) :effect (pressed ?b))))";
+
+struct Texts {
+  std::string scenario, domain, problem;
+};
+
+/// Objects beside a table in front of a Panda. `movable`: names of those that can be picked.
+struct Scene {
+  std::string things;
+  std::string fixed, movable;
+  std::string goal;
+  int max_actions = 4;
+  std::string robot = "{model: panda}";
+  std::string table = "[3.0, 1.6, 0.5]";
+  std::string init = "";
+};
+
+Scenario Load(const Scene& scene) {
+  Texts texts;
+  texts.scenario =
+      "format: tether.scenario/1\ntitle: find\nseed: 1\nrobots:\n  panda: " + scene.robot +
+      "\nobjects:\n  table:\n    shape: {box: " + scene.table + "}\n    pose: {position: [0.9, 0, -0.25]}" +
+      scene.things + "\ntask:\n  domain: domain.pddl\n  problem: problem.pddl\n  max_actions: " +
+      std::to_string(scene.max_actions) + "\nactions: [manipulation]\nplanning: {max_plans: 1}\n";
+  texts.domain = kDomain;
+  std::string init = "(free) " + scene.init, names = scene.movable + " ";
+  for (size_t begin = 0; begin < scene.movable.size();) {
+    const size_t end = names.find(' ', begin);
+    const std::string name = names.substr(begin, end - begin);
+    init += " (tool " + name + ") (on " + name + " table)";
+    begin = end + 1;
+  }
+  texts.problem = "(define (problem find) (:domain own) (:objects table " + scene.fixed + " " +
+                  scene.movable + " - thing) (:init " + init + ") (:goal " + scene.goal + "))";
+  return LoadScenario(
+      "scenario.yaml",
+      {{"scenario.yaml", texts.scenario}, {"domain.pddl", texts.domain}, {"problem.pddl", texts.problem}});
+}
+
+PlanReport Plan(const Scene& scene) {
+  const Scenario scenario = Load(scene);
+  PlanningOverrides overrides;
+  overrides.threads = 1;
+  return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+}
+
+std::string Thing(const std::string& name, const std::string& shape, const std::string& pose,
+                  const std::string& more = "") {
+  return "\n  " + name + ":\n    shape: " + shape + "\n    pose: " + pose + more;
+}
+
+const std::string kMass = "\n    mass: 0.1";
+
+/// A hook of two lying capsules like a T: four lowest points, coplanar but for how π was written.
+std::string THook(const std::string& quarter) {
+  return Thing("hook",
+               "[{capsule: {radius: 0.01, length: 0.3}, pose: {position: [-0.09, 0, 0], rpy: [0, " + quarter +
+                   ", 0]}}, {capsule: {radius: 0.01, length: 0.16}, pose: {position: [0.06, 0, 0], rpy: [" +
+                   quarter + ", 0, 0]}}]",
+               "{position: [0.4, 0.3, 0.01]}", kMass);
+}
+
+TEST(PlanningFinds, THookHasNoLowerFace) {
+  double cost = 0;
+  for (const std::string quarter : {"1.5707963267948966", "1.570796", "1.5708", "1.571"}) {
+    Scene scene;
+    scene.things = THook(quarter) + Thing("tray", "{box: [0.4, 0.3, 0.02]}", "{position: [0.5, -0.3, 0.01]}");
+    scene.fixed = "tray";
+    scene.movable = "hook";
+    scene.goal = "(on hook tray)";
+    const PlanReport report = Plan(scene);
+    ASSERT_TRUE(report.ok()) << quarter << ": " << report.message;
+    if (cost == 0) cost = report.best()->plan.cost;
+    EXPECT_NEAR(report.best()->plan.cost, cost, 0.01 * cost) << quarter;
+  }
+}
+
+/// A sibling: boards whose tops differ by what rounding to 0.1 mm makes of them are one table.
+TEST(PlanningFinds, BoardsRoundedToTenthsOfAMillimetreAreOneFace) {
+  Scene scene;
+  scene.things = Thing("bench",
+                       "[{box: [0.2, 0.1, 0.0401], pose: {position: [0, 0.05, 0.02005]}}, "
+                       "{box: [0.2, 0.1, 0.04], pose: {position: [0, -0.05, 0.02]}}]",
+                       "{position: [0.5, -0.3, 0]}") +
+                 Thing("a", "{box: [0.05, 0.15, 0.05]}", "{position: [0.5, 0.2, 0.025]}", kMass);
+  scene.fixed = "bench";
+  scene.movable = "a";
+  scene.goal = "(on a bench)";
+  const PlanReport report = Plan(scene);
+  EXPECT_TRUE(report.ok()) << report.message;
+}
+
+TEST(PlanningFinds, LyingCylinderAndSphereProvedImpossible) {
+  for (const std::string shape : {"{cylinder: {radius: 0.02, length: 0.08}}", "{sphere: 0.02}",
+                                  "{capsule: {radius: 0.02, length: 0.08}}"}) {
+    Scene scene;
+    scene.things = Thing("b", shape, "{position: [0.5, 0.2, 0.02], rpy: [1.5708, 0, 0]}", kMass) +
+                   Thing("a", "{box: [0.06, 0.06, 0.06]}", "{position: [0.5, 0, 0.03]}");
+    scene.fixed = "a";
+    scene.movable = "b";
+    scene.goal = "(on b a)";
+    const PlanReport report = Plan(scene);
+    EXPECT_EQ(report.status, PlanStatus::kGaveUp) << shape;
+    EXPECT_THAT(report.message,
+                AllOf(HasSubstr("not modelled: b has no flat lower face"), HasSubstr("round")));
+  }
+}
+
+TEST(PlanningFinds, TiltedImpossible) {
+  Scene scene;
+  scene.things =
+      Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0, 0.17, 0]}") +
+      Thing("a", "{box: [0.05, 0.05, 0.05]}", "{position: [0.5, 0.1, 0.025]}", kMass);
+  scene.fixed = "ramp";
+  scene.movable = "a";
+  scene.goal = "(on a ramp)";
+  PlanReport report = Plan(scene);
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp);
+  EXPECT_THAT(report.message,
+              HasSubstr("not modelled: ramp has no flat upper face: it is tilted by 10 degrees"));
+
+  scene.things =
+      Thing("ramp", "{box: [0.25, 0.25, 0.04]}", "{position: [0.45, -0.28, 0.06], rpy: [0.3, 0, 0]}") +
+      Thing("a", "{box: [0.05, 0.05, 0.05]}", "{parent: ramp, position: [0, 0, 0.045]}", kMass);
+  scene.goal = "(and (free) (pressed table) (on a table) (not (inhand a)))";
+  scene.goal = "(on a ramp)";
+  report = Plan(scene);
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp);
+  EXPECT_THAT(report.message, HasSubstr("not modelled"));
+}
+
+TEST(PlanningFinds, RefutedButExit4) {
+  Scene scene;
+  scene.things = Thing("a", "{box: [0.045, 0.045, 0.045]}", "{position: [0.5, 0, 0.0225]}", kMass) +
+                 Thing("b", "{box: [0.045, 0.045, 0.045]}", "{position: [0.95, 0.1, 0.0225]}", kMass);
+  scene.movable = "a b";
+  scene.goal = "(on b a)";
+  for (const int max_actions : {2, 6, 20}) {
+    scene.max_actions = max_actions;
+    const PlanReport report = Plan(scene);
+    EXPECT_EQ(report.status, PlanStatus::kImpossible) << max_actions << report.message;
+    EXPECT_TRUE(report.complete);
+    EXPECT_THAT(report.message, AllOf(HasSubstr("pick(b)"), HasSubstr("beyond reach")));
+  }
+  // A sibling: too wide, wherever it is.
+  scene.things =
+      Thing("a", "{box: [0.045, 0.045, 0.045]}", "{position: [0.5, 0, 0.0225]}", kMass) +
+      Thing("b", "{cylinder: {radius: 0.05, length: 0.045}}", "{position: [0.5, 0.2, 0.0225]}", kMass);
+  const PlanReport wide = Plan(scene);
+  EXPECT_EQ(wide.status, PlanStatus::kImpossible) << wide.message;
+  EXPECT_THAT(wide.message, HasSubstr("b is 10.0 cm wide"));
+}
+
+/// No proof: what a hook could bring nearer is given up, not refuted.
+TEST(PlanningFinds, WhatSomethingElseCouldMoveIsNotRefuted) {
+  Scene scene;
+  scene.things =
+      Thing("b", "{box: [0.05, 0.05, 0.05]}", "{position: [0.95, 0.1, 0.025]}", kMass) + THook("1.5708");
+  scene.movable = "b hook";
+  scene.init = "(pusher hook)";
+  scene.goal = "(inhand b)";
+  scene.max_actions = 2;
+  const PlanReport report = Plan(scene);
+  EXPECT_EQ(report.status, PlanStatus::kGaveUp) << report.message;
+}
+
+TEST(PlanningFinds, TouchAlone) {
+  const std::string stick = Thing("stick", "{capsule: {radius: 0.0125, length: 0.28}}",
+                                  "{position: [0.45, 0.25, 0.0125], rpy: [0, 1.5708, 0]}", kMass);
+  for (const std::string button :
+       {"{box: [0.05, 0.05, 0.06]}", "{cylinder: {radius: 0.03, length: 0.06}}", "{sphere: 0.03}"}) {
+    for (const std::string& tool : std::vector<std::string>{stick, THook("1.5708")}) {
+      Scene scene;
+      scene.things = tool + Thing("button", button, "{position: [0.6, 0, 0.03]}");
+      scene.fixed = "button";
+      scene.movable = tool == stick ? "stick" : "hook";
+      scene.goal = "(pressed button)";
+      scene.max_actions = 2;
+      const PlanReport report = Plan(scene);
+      EXPECT_TRUE(report.ok()) << button << ": " << report.message;
+    }
+  }
+}
+
+TEST(PlanningFinds, MessagesNameTheCause) {
+  const auto lift = [](const std::string& shape, const std::string& position, const std::string& more) {
+    Scene scene;
+    scene.things = Thing("tray", "{box: [0.2, 0.2, 0.02]}", "{position: [0.4, -0.35, 0.01]}") +
+                   Thing("a", shape, "{position: " + position + "}", more);
+    scene.fixed = "tray";
+    scene.movable = "a";
+    scene.goal = "(on a tray)";
+    scene.max_actions = 2;
+    return scene;
+  };
+  EXPECT_THAT(Plan(lift("{box: [0.085, 0.054, 0.001]}", "[0.5, 0.1, 0.0005]", kMass)).message,
+              AllOf(HasSubstr("a is too low to grasp: it is 1.0 mm high"), HasSubstr("pads")));
+  EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 3")).message,
+              AllOf(HasSubstr("a is too heavy for the grip: it weighs 3.00 kg"), HasSubstr("20 N")));
+  EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 0.1\n    friction: 0"))
+                  .message,
+              HasSubstr("hold 0.00 kg of what has a friction of 0.00"));
+  Scene base = lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", kMass);
+  base.robot = "{model: panda, pose: {position: [0.4, 0, -0.05]}}";
+  const PlanReport near = Plan(base);
+  EXPECT_FALSE(near.ok());
+  EXPECT_THAT(near.message, HasSubstr("too near to the base of panda"));
+}
+
+/// What the executive would not grasp, planning refutes, and for the same reason.
+TEST(PlanningFinds, PlanAndRunDisagreeOnGraspability) {
+  const auto plan = [](const std::string& shape, const std::string& more = "") {
+    Texts texts;
+    texts.scenario = R"(format: tether.scenario/1
+title: can
+seed: 1
+robots:
+  jaco: {model: j2n6s300, q: [0.207, -0.062, 1.881, 0.378, -1.385, -1.592]}
+objects:
+  table: {shape: {box: [1.4, 1.8, 0.04]}, pose: {position: [0, 0, -0.02]}}
+  can: {shape: )" + shape +
+                     ", mass: 0.1" + more + R"(, pose: {parent: left, position: [0, 0, 0.05]}}
+regions:
+  left: {disc: 0.08, capacity: 1, pose: {position: [0.3, 0.3, 0]}}
+  right: {disc: 0.08, capacity: 1, pose: {position: [0.3, -0.3, 0]}}
+  hub: {sphere: 0.05, hub: true, pose: {position: [0.3, 0, 0.35]}}
+task: {goal: 'F in(can,right)'}
+actions: [regions]
+)";
+    const Scenario scenario = LoadScenario("scenario.yaml", {{"scenario.yaml", texts.scenario}});
+    PlanningOverrides overrides;
+    overrides.threads = 1;
+    return planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+  };
+  EXPECT_TRUE(plan("{cylinder: {radius: 0.02, length: 0.1}}").ok());
+  EXPECT_TRUE(plan("{box: [0.09, 0.03, 0.1]}").ok());  // too wide in one direction only
+  for (const std::string shape :
+       {"{cylinder: {radius: 0.045, length: 0.1}}", "{box: [0.09, 0.09, 0.1]}", "{sphere: 0.05}"}) {
+    const PlanReport report = plan(shape);
+    EXPECT_EQ(report.status, PlanStatus::kImpossible) << shape << report.message;
+    EXPECT_THAT(report.message, HasSubstr("'can' can't be grasped from above: can is "));
+  }
+  EXPECT_THAT(plan("{box: [0.09, 0.03, 0.1]}", ", friction: 0").message, HasSubstr("too heavy for the grip"));
+}
+
+/// A find of `shelf_roof`: a can that does not fit under the roof goes on it, a low box may go inside.
+TEST(PlanningFinds, ShelfRoofTooLow) {
+  const std::string shelf = Thing("shelf",
+                                  "[{box: [0.22, 0.4, 0.02], pose: {position: [0, 0, 0.01]}}, "
+                                  "{box: [0.22, 0.1, 0.02], pose: {position: [0, 0.15, 0.81]}}, "
+                                  "{box: [0.02, 0.4, 0.78], pose: {position: [0.10, 0, 0.41]}}]",
+                                  "{position: [0.62, 0.0, 0]}");
+  Scene scene;
+  scene.things =
+      shelf + Thing("a", "{cylinder: {radius: 0.025, length: 0.1}}", "{position: [0.4, -0.35, 0.05]}", kMass);
+  scene.fixed = "shelf";
+  scene.movable = "a";
+  scene.goal = "(on a shelf)";
+  scene.max_actions = 2;
+  const PlanReport report = Plan(scene);
+  // The top is out of reach, the board below is not.
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_LT(report.best()->plan.steps.back().X_TC.p.z(), 0.1);
+  EXPECT_EQ(report.best()->plan.steps.back().face, "part 1 of shelf");
+}
+
+/// Every registered kind by itself, in an action of one step: a plan, or a reason that names the cause.
+TEST(PlanningFinds, EveryKindWorksOnItsOwn) {
+  const std::map<std::string, std::pair<std::string, std::string>> steps{
+      {"graspable", {"hand in a", "graspable: {object: a}"}},
+      {"inside", {"hand in a", "inside: {frame: hand, of: a, margin: 0.01}"}},
+      {"push_normal", {"a in table", "push_normal: {tool: hand, object: a, on: table}"}},
+      {"rests_on", {"a in table", "rests_on: {object: a, on: table}"}},
+      {"slide", {"a in table", "slide: {object: a, on: table}"}},
+      {"supported", {"a in table", "supported: {object: a, by: table}"}},
+      {"touch", {"hand in a", "touch: {between: [hand, a]}"}}};
+  for (const constraints::Kind& kind : constraints::Registry()) {
+    ASSERT_TRUE(steps.contains(kind.name)) << "a new kind needs an action of one step here";
+    Scene scene;
+    scene.things = Thing("a", "{box: [0.05, 0.05, 0.05]}", "{position: [0.5, 0.1, 0.025]}", kMass);
+    scene.movable = "a";
+    scene.goal = "(inhand a)";
+    scene.max_actions = 1;
+    Scenario scenario = Load(scene);
+    const auto& [frames, constraint] = steps.at(kind.name);
+    const std::string control = frames.substr(0, frames.find(" in ")),
+                      target = frames.substr(frames.find(" in ") + 4);
+    const std::string text =
+        "format: tether.actions/1\npick:\n  parameters: [x]\n  steps:\n  - control: " + control +
+        "\n    target: " + target + "\n    constraints:\n    - " + constraint +
+        "\n    allow: [[hand, a]]\n    execute:\n    - reach: {speed: 0.1}\n";
+    Diagnostics diagnostics;
+    scenario.actions = planning::ParseActions(ParseYaml(text, "one.yaml"), {}, diagnostics);
+    PlanningOverrides overrides;
+    overrides.threads = 1;
+    const planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
+    const PlanReport report = planning::PlanTask(problem, *MakeTask(scenario));
+    if (kind.name == "push_normal" && !report.ok()) {
+      // What pushes has to touch before: nothing does.
+      EXPECT_THAT(report.message, HasSubstr("push_normal(hand, a)"));
+      continue;
+    }
+    ASSERT_TRUE(report.ok()) << kind.name << ": " << report.message;
+    EXPECT_TRUE(planning::CheckPlan(problem, report.best()->plan).Feasible(problem.program)) << kind.name;
+  }
+}
+
+}  // namespace
+}  // namespace tether::scenario

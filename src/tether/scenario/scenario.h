@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tether/control/constraint_spec.h"
+#include "tether/scenario/events.h"
+#include "tether/planning/plan/problem.h"
+#include "tether/robot/model.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/pddl/pddl.h"
+#include "tether/task/goal/product.h"
+
+namespace tether::scenario {
+
+/// The `format` of a scenario.
+inline constexpr const char* kScenarioFormat = "tether.scenario/1";
+
+/// The longest plan that is considered where the scenario does not say.
+inline constexpr int kMaxActions = 20;
+
+/// The most threads that planning takes.
+inline constexpr int kMostThreads = 1024;
+
+/// Control rates that are accepted, Hz.
+inline constexpr double kSlowestRate = 10, kFastestRate = 1e5;
+
+/// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem, the
+/// temporal goal in Scenario::goal.
+struct Task {
+  std::string domain;                ///< Path of the PDDL domain; empty: that of the scene's regions, if any.
+  std::string problem;               ///< Path of the PDDL problem; empty: none.
+  std::string ltl;                   ///< A temporal goal; empty: none.
+  std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
+  /// Predicates of one parameter that hold at the start for exactly what the arm reaches.
+  std::vector<std::string> within_reach;
+  /// None: kMaxActions, or no limit where plans have no poses to be optimised.
+  std::optional<int> max_actions;
+  Location where;
+};
+
+/// A constraint that holds at every step.
+struct GlobalConstraint {
+  planning::ConstraintSpec spec;
+  std::optional<int> relax;  ///< May be relaxed, highest first; absent: never.
+};
+
+struct PlanningSettings {
+  std::string solver = "native";      ///< native, ipopt or nlopt.
+  double weight_translation = 0.5;    ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
+  double weight_rotation = 1.5;       ///< β, on θ² in rad².
+  std::string objective = "squares";  ///< squares or length.
+  bool home = true;                   ///< First and last key pose are the hand's start.
+  bool robot = true;                  ///< Reach and grasp of the robot constrain the plan.
+  /// Only the best so many are wanted; 0: all. None: the best, and what is met on the way to it.
+  std::optional<int> max_plans;
+  int min_candidates = planning::SearchOptions().min_candidates;
+  double patience = planning::SearchOptions().patience;
+  int threads = 0;          ///< 0: as many as there are processors.
+  double time_limit_s = 0;  ///< Wall clock; 0: no limit.
+  /// Of one solve, in the solver's own unit; none: what the solver needs (planning::EffortOf).
+  std::optional<int> max_iterations;
+};
+
+struct ExecutionSettings {
+  std::string controller = "operational_space";  ///< Or constrained_velocity.
+  double rate = 1000;                            ///< Control rate, Hz.
+  std::optional<double>
+      gain;  ///< operational_space: k_p, 1/s²; constrained_velocity: η, 1/s. None: the controller's own.
+  std::optional<double>
+      damping;  ///< operational_space: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
+  double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
+};
+
+/// How far a run's initial poses may differ from the file's, per movable object. Drawn from the run's seed.
+struct Perturbation {
+  double position = 0;  ///< Radius of the horizontal disc, m.
+  double rotation = 0;  ///< Greatest yaw, rad.
+};
+
+/// Everything a scenario file says, read and checked.
+struct Scenario {
+  std::string path;
+  std::string title;
+  uint64_t seed = 0;
+  scene::Scene scene;
+  std::map<std::string, std::shared_ptr<const robot::Model>> models;  ///< By robot name.
+  Task task;
+  /// With the goal that counts, unless that is temporal; null without a domain.
+  std::shared_ptr<const symbolic::Problem> problem;
+  std::optional<task::TemporalGoal> goal;  ///< In place of the problem's goal.
+  std::vector<planning::ActionSchema> actions;
+  std::vector<GlobalConstraint> constraints;                 ///< Of key poses.
+  std::vector<control::ConstraintSpec> control_constraints;  ///< Of the velocity controller.
+  PlanningSettings planning;
+  ExecutionSettings execution;
+  std::vector<Event> events;
+  Perturbation perturb;
+};
+
+/// Reads a scenario in format `tether.scenario/1`, with the PDDL files, action libraries and event file that
+/// it names. Throws InputError with all their mistakes: malformed text, unknown keys and names with the
+/// nearest match, sizes and numbers out of range, cycles among parents, PDDL objects without a body, PDDL
+/// actions without geometry.
+Scenario LoadScenario(const std::string& path);
+
+/// The same for a scenario that need not be on disk: the scenario and the PDDL files among `files`, texts by
+/// path, are taken from there.
+Scenario LoadScenario(const std::string& path, const std::map<std::string, std::string>& files);
+
+/// Names of the shipped action libraries.
+std::vector<std::string> ShippedActionLibraries();
+
+}  // namespace tether::scenario

@@ -1,0 +1,100 @@
+#include "tether/scene/resting_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "tether/geometry/distance/distance.h"
+#include "tether/geometry/distance/query.h"
+#include "tether/geometry/polygon/support.h"
+
+namespace tether::scene {
+namespace {
+
+constexpr double kTouch = 2e-3;
+// A body tips in steps of this angle, rad, at most so many, by lowering its centre of mass by more than this,
+// m.
+constexpr double kTipStep = 0.005;
+constexpr int kTipSteps = 40, kTipDirections = 24;
+constexpr double kLevel = 1e-9;
+
+}  // namespace
+
+Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, const scene::Object& lower,
+                    const math::Pose& X_WLower) {
+  const geometry::Distance distance = geometry::SignedDistance(lower.shape, X_WLower, upper.shape, X_WUpper);
+  Resting resting;
+  resting.distance = distance.distance;
+  resting.upward = distance.n_W.z() > std::sqrt(0.5);
+  const Eigen::Vector3d centre = X_WUpper * geometry::CentreOfMass(upper.shape);
+  resting.centre_above =
+      geometry::CastRay(lower.shape, X_WLower, centre, -Eigen::Vector3d::UnitZ(), geometry::RayStart::kIgnore)
+          .has_value();
+  return resting;
+}
+
+double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down) {
+  // On a plane, the height of the centre of mass is the support function less its own part; it tips downhill.
+  const Eigen::Vector3d centre = geometry::CentreOfMass(shape);
+  const auto height = [&](const Eigen::Vector3d& d) { return geometry::Support(shape, d) - d.dot(centre); };
+  const Eigen::Vector3d start = down.normalized();
+  Eigen::Vector3d d = start;
+  double lowest = height(d);
+  for (int step = 0; step < kTipSteps; ++step) {
+    // The height has edges, along which its gradient leads nowhere: the best of many directions is taken.
+    const Eigen::Vector3d across = d.unitOrthogonal(), other = d.cross(across);
+    Eigen::Vector3d best = d;
+    for (int k = 0; k < kTipDirections; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kTipDirections;
+      const Eigen::Vector3d next =
+          (d + kTipStep * (std::cos(angle) * across + std::sin(angle) * other)).normalized();
+      const double then = height(next);
+      if (then >= lowest - kLevel) continue;
+      lowest = then;
+      best = next;
+    }
+    if (best == d) break;
+    d = best;
+  }
+  return std::atan2(d.cross(start).norm(), d.dot(start));
+}
+
+std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene) {
+  std::map<std::string, math::Pose> poses;
+  // By name first: a chain of parents is followed by looking names up.
+  std::map<std::string, const scene::Object*> by_name;
+  for (const scene::Object& object : scene.objects) by_name.emplace(object.name, &object);
+  for (const scene::Object& object : scene.objects) {
+    std::vector<const scene::Object*> chain;  // those without a pose yet, the outermost last
+    const scene::Object* one = &object;
+    while (one != nullptr && !poses.contains(one->name)) {
+      chain.push_back(one);
+      const auto parent = by_name.find(one->parent);
+      one = parent == by_name.end() ? nullptr : parent->second;
+    }
+    for (; !chain.empty(); chain.pop_back()) {
+      const scene::Object& next = *chain.back();
+      const auto parent = poses.find(next.parent);
+      poses[next.name] =
+          (parent != poses.end() ? parent->second : scene.InitialPose(next.parent)) * next.X_ParentObject;
+    }
+  }
+  return poses;
+}
+
+const scene::Object* FindSupport(const scene::Scene& scene, const std::map<std::string, math::Pose>& X_WO,
+                                 const scene::Object& object) {
+  const scene::Object* best = nullptr;
+  double best_distance = kTouch;
+  for (const scene::Object& other : scene.objects) {
+    if (other.name == object.name) continue;
+    const Resting resting = FindResting(object, X_WO.at(object.name), other, X_WO.at(other.name));
+    if (!resting.Holds(kTouch) || std::abs(resting.distance) >= best_distance) continue;
+    best = &other;
+    best_distance = std::abs(resting.distance);
+  }
+  return best;
+}
+
+}  // namespace tether::scene

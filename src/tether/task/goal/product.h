@@ -1,0 +1,90 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "tether/common/error.h"
+#include "tether/ltl/automaton/lazy_automaton.h"
+#include "tether/symbolic/grounding/task.h"
+
+namespace tether::task {
+
+/// A goal on the course of a plan, not only on its end: which words over the states' atoms are good.
+struct TemporalGoal {
+  ltl::Formula formula;
+  ltl::Semantics semantics = ltl::Semantics::kCosafe;
+  Location where;  ///< Of the formula's text, if it stands in a file.
+};
+
+/// What to say of a goal whose automaton accepts nothing.
+inline constexpr const char* kUnsatisfiable =
+    "the formula is unsatisfiable: no sequence of states makes it true";
+
+/// For each proposition of the formula the atom of the task that it names, as on(box,table), in any case;
+/// kAlways or kNever if that can't change.
+struct Propositions {
+  static constexpr int kNever = -1;
+  static constexpr int kAlways = -2;
+  /// Throws InputError with a mistake for each proposition that is not a ground atom of the task.
+  static std::vector<int> Resolve(const symbolic::Task& task, const TemporalGoal& goal);
+};
+
+/// The states of a task joined with those of its goal's automaton (paper B, section 3). The goal is the
+/// problem's own, or a temporal one in its place. A state is the task's, and after it a word with the number
+/// of the automaton's state if there is one. States of the automaton come into being in Apply(): not for
+/// several threads at once.
+class Product {
+ public:
+  /// Throws InputError if the temporal goal can't be read or names what does not exist.
+  explicit Product(std::shared_ptr<const symbolic::Task> task, std::optional<TemporalGoal> goal = {});
+
+  const symbolic::Task& task() const { return *task_; }
+  /// The temporal goal is known to hold of no word at all.
+  bool IsUnsatisfiable() const { return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial()); }
+  /// 64-bit words of a state.
+  size_t words() const { return task_->words() + (automaton_ ? 1 : 0); }
+  /// The initial state, or that after BeginAfter(); empty if the goal is lost there already.
+  std::optional<symbolic::State> Start();
+  /// These actions have been done: Start() is the state after them from now on. Before anything is made from
+  /// this product; they must be applicable one after another.
+  void BeginAfter(std::vector<int> actions) { done_ = std::move(actions); }
+  void FindApplicable(symbolic::StateView state, std::vector<int>& actions) const {
+    task_->FindApplicable(state.first(task_->words()), actions);
+    if (!forbidden_.empty()) std::erase_if(actions, [&](int action) { return IsForbidden(action); });
+  }
+  /// The state after an applicable action; false if the goal is lost there.
+  bool Apply(int action, symbolic::StateView state, std::span<uint64_t> next);
+  bool IsGoal(symbolic::StateView state) const;
+
+  /// The action is never applicable from now on. Before anything is made from this product.
+  void Forbid(int action) {
+    forbidden_.resize(task_->actions().size(), false);
+    forbidden_[static_cast<size_t>(action)] = true;
+  }
+  bool IsForbidden(int action) const {
+    return !forbidden_.empty() && forbidden_[static_cast<size_t>(action)];
+  }
+
+  /// Null for the problem's own goal.
+  const TemporalGoal* goal() const { return goal_ ? &*goal_ : nullptr; }
+  const ltl::LazyAutomaton* automaton() const { return automaton_.get(); }
+  int AutomatonState(symbolic::StateView state) const { return static_cast<int>(state[task_->words()]); }
+  /// Atoms of the task by proposition, as Propositions says.
+  const std::vector<int>& propositions() const { return propositions_; }
+
+ private:
+  bool Read(int automaton_state, std::span<uint64_t> state);
+
+  std::shared_ptr<const symbolic::Task> task_;
+  std::optional<TemporalGoal> goal_;
+  std::vector<int> done_;        ///< Before the start.
+  std::vector<bool> forbidden_;  ///< By action; empty: none.
+  std::unique_ptr<ltl::LazyAutomaton> automaton_;
+  std::vector<int> propositions_;
+  ltl::Letter letter_;
+};
+
+}  // namespace tether::task

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "tether/task/search/state_graph.h"
+
+namespace tether::task {
+
+/// The states themselves where a graph's states stand for several: made as a walk comes to them, each once,
+/// with the state of the graph that stands for it.
+class LiftedStates {
+ public:
+  /// Both must outlive this. State 0 is the start, which must exist.
+  LiftedStates(Product& product, StateGraph& graph);
+
+  /// What stands for `state` in the graph.
+  int base(int state) const { return base_[static_cast<size_t>(state)]; }
+  /// The actions from `state` in the task's order, if the graph has expanded what stands for it.
+  std::span<const StateGraph::Edge> Edges(int state);
+
+ private:
+  int Insert(const symbolic::State& state);
+
+  Product& product_;
+  StateGraph& graph_;
+  StateTable table_;
+  std::vector<int> base_;
+  std::deque<std::vector<StateGraph::Edge>> edges_;  ///< Empty: not made.
+  symbolic::State source_, scratch_, image_;
+  std::vector<int> applicable_;
+};
+
+}  // namespace tether::task
