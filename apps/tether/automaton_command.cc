@@ -3,13 +3,15 @@
 #include <chrono>
 #include <cstdio>
 
-#include "tether/common/log.h"
 #include "apps/tether/commands.h"
-#include "tether/common/outputs.h"
-#include "apps/tether/plan_output.h"
 #include "apps/tether/terminal.h"
-#include "tether/ltl/formula/cosafe.h"
+#include "tether/common/exit_code.h"
+#include "tether/common/log.h"
+#include "tether/common/output_header.h"
+#include "tether/common/outputs.h"
+#include "tether/common/text.h"
 #include "tether/ltl/automaton/output.h"
+#include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
 
@@ -43,16 +45,9 @@ void PrintAutomaton(const CompiledFormula& compiled, bool summary, const Termina
 
 }  // namespace
 
-ltl::Semantics ReadSemantics(const std::string& name) {
-  for (ltl::Semantics semantics : {ltl::Semantics::kCosafe, ltl::Semantics::kLtlf}) {
-    if (name == ToString(semantics)) return semantics;
-  }
-  throw InputError("--semantics: unknown '" + name + "'", SuggestFrom(name, {"cosafe", "ltlf"}));
-}
-
 CompiledFormula CompileFormula(const std::string& text, const std::string& semantics) {
   CompiledFormula compiled;
-  compiled.semantics = ReadSemantics(semantics);
+  compiled.semantics = ltl::ReadSemantics(semantics);
   const auto begin = std::chrono::steady_clock::now();
   const ltl::Formula read = ltl::ParseFormula(text);
   compiled.formula = ltl::ReadEnds(read, compiled.semantics);

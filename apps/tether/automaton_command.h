@@ -18,9 +18,6 @@ struct CompiledFormula {
   double compile_s = 0;                     ///< From the text to the minimal automaton.
 };
 
-/// "cosafe" or "ltlf"; throws InputError for anything else.
-ltl::Semantics ReadSemantics(const std::string& name);
-
 /// Throws InputError if `text` is no formula, `semantics` is neither "cosafe" nor "ltlf", or the formula
 /// can't be read so. Logs what is allowed and probably not meant.
 CompiledFormula CompileFormula(const std::string& text, const std::string& semantics);

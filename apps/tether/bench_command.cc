@@ -1,17 +1,19 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tether/common/file.h"
-#include "tether/common/text.h"
+#include "apps/tether/commands.h"
+#include "apps/tether/terminal.h"
 #include "tether/bench/bench_control.h"
 #include "tether/bench/bench_planning.h"
 #include "tether/bench/bench_task.h"
 #include "tether/bench/bench_tick.h"
-#include "apps/tether/commands.h"
+#include "tether/common/exit_code.h"
+#include "tether/common/file.h"
+#include "tether/common/output_header.h"
 #include "tether/common/outputs.h"
-#include "apps/tether/plan_output.h"
-#include "apps/tether/terminal.h"
+#include "tether/common/text.h"
 #include "tether/geometry/distance/geometry_bench.h"
+#include "tether/planning/plan/plan_report.h"
 #include "tether/robot/model.h"
 
 namespace tether::app {
@@ -62,7 +64,7 @@ int BenchTable1(const BenchArguments& arguments) {
         if (!candidate.reason.empty()) terminal.Print("        " + terminal.Dim(candidate.reason));
       };
       const planning::PlanReport report = planning::PlanTask(problem, *task, print);
-      rows.Append(WritePlanReport(report, scenario.title, seed).Set("solver", solver));
+      rows.Append(planning::WritePlanReport(report, scenario.title, seed).Set("solver", solver));
       if (report.status == planning::PlanStatus::kInterrupted) return kExitInterrupted;
     }
     terminal.Print("");
@@ -112,7 +114,8 @@ int BenchPlanning(const BenchArguments& arguments) {
   options.program = arguments.program;
   options.stop = arguments.stop;
   const bench::PlanningBench bench = bench::BenchmarkPlanning(
-      options, [&](const bench::ProblemMeasurement& problem) { terminal.Print(bench::PlanningBenchTable(problem)); });
+      options,
+      [&](const bench::ProblemMeasurement& problem) { terminal.Print(bench::PlanningBenchTable(problem)); });
   WriteResult(arguments, bench::WritePlanningBench(bench));
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
@@ -152,7 +155,8 @@ int BenchControl(const BenchArguments& arguments) {
       (disc ? tick_s : rectangle_s).Set(robot, bench::WriteTickBench(tick));
     }
   }
-  WriteResult(arguments, bench::WriteControlBench(bench).Set("tick_s", tick_s).Set("tick_rectangle_s", rectangle_s));
+  WriteResult(arguments,
+              bench::WriteControlBench(bench).Set("tick_s", tick_s).Set("tick_rectangle_s", rectangle_s));
   return bench.unsolved == 0 && bench.max_kkt <= 1e-12 && faults == 0 ? kExitSuccess : kExitFailed;
 }
 
@@ -163,8 +167,8 @@ int BenchTask(const BenchArguments& arguments) {
   options.stop = arguments.stop;
   terminal.Print(terminal.Dim("CPU time from formula and PDDL to the plan; a search gives up beyond " +
                               std::to_string(options.max_states) + " states"));
-  const bench::TaskBench bench =
-      bench::BenchmarkTasks(options, [&](const bench::TaskRow& row) { terminal.Print(bench::TaskRowText(row)); });
+  const bench::TaskBench bench = bench::BenchmarkTasks(
+      options, [&](const bench::TaskRow& row) { terminal.Print(bench::TaskRowText(row)); });
   WriteResult(arguments, bench::WriteTaskBench(bench));
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }

@@ -7,6 +7,7 @@
 
 #include "apps/tether/cli_testing.h"
 #include "tether/common/document/value.h"
+#include "tether/common/exit_code.h"
 
 namespace tether {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
+#include "tether/common/file.h"
 
 namespace tether {
 

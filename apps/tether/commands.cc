@@ -8,17 +8,20 @@
 #include <filesystem>
 #include <functional>
 
+#include "apps/tether/plan_table.h"
+#include "apps/tether/terminal.h"
+#include "tether/common/exit_code.h"
 #include "tether/common/limits.h"
 #include "tether/common/log.h"
-#include "tether/evaluation/check.h"
 #include "tether/common/outputs.h"
-#include "tether/scenario/perturb.h"
-#include "apps/tether/plan_output.h"
-#include "tether/evaluation/run.h"
-#include "apps/tether/terminal.h"
+#include "tether/common/text.h"
 #include "tether/common/version.h"
+#include "tether/evaluation/check.h"
+#include "tether/evaluation/run.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
+#include "tether/planning/plan/plan_report.h"
+#include "tether/scenario/perturb.h"
 
 namespace tether::app {
 namespace {
@@ -155,7 +158,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
   }
   planning::Problem problem = scenario::MakeProblem(scenario, scene, arguments.overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
-  plan_report = WritePlanReport(report, scenario.title, problem.search.seed);
+  plan_report = planning::WritePlanReport(report, scenario.title, problem.search.seed);
   exit_code = ExitCodeOf(report.status);
   std::vector<int> feasible;
   for (int i : report.BestFirst()) {
@@ -234,8 +237,8 @@ int PlanCommand(const PlanArguments& arguments) {
   planning::Problem problem = scenario::MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   const uint64_t seed = problem.search.seed;
-  outputs.Write(arguments.json, WritePlanReport(report, loaded.scenario.title, seed));
-  if (!arguments.trace.empty()) outputs.Write(arguments.trace, WriteTrace(report, seed));
+  outputs.Write(arguments.json, planning::WritePlanReport(report, loaded.scenario.title, seed));
+  if (!arguments.trace.empty()) outputs.Write(arguments.trace, planning::WriteTrace(report, seed));
   if (!arguments.output.empty()) {
     if (const planning::CandidateReport* best = report.best()) {
       const Value plan = planning::WritePlan(best->plan, Origin(arguments.scenario, seed),
@@ -277,7 +280,8 @@ int RunCommand(const RunArguments& arguments) {
   options.log = !arguments.log.empty();
   if (!arguments.overrides.goal.empty()) {
     const std::string& semantics = arguments.overrides.semantics;
-    options.goal = scenario::ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
+    options.goal =
+        scenario::ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
   }
   options.stop = arguments.overrides.stop;
   outputs.RequireUnread();
@@ -288,11 +292,13 @@ int RunCommand(const RunArguments& arguments) {
   const auto plan = ObtainPlan(arguments, loaded, scene, terminal, exit_code, plan_report);
   if (!plan) {
     evaluation::RunReport none;
-    none.status = exit_code == kExitInterrupted ? evaluation::RunStatus::kInterrupted : evaluation::RunStatus::kNotCalled;
+    none.status = exit_code == kExitInterrupted ? evaluation::RunStatus::kInterrupted
+                                                : evaluation::RunStatus::kNotCalled;
     const Value* message = plan_report.Find("message");
     none.reason = "there is no plan to run";
     if (message != nullptr && !message->AsText().empty()) none.reason += ": " + message->AsText();
-    outputs.Write(arguments.json, evaluation::WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
+    outputs.Write(arguments.json,
+                  evaluation::WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
     outputs.Finish();
     return exit_code == kExitSuccess ? kExitInternal : exit_code;
   }
@@ -327,7 +333,8 @@ int ReportCommand(const ReportArguments& arguments) {
   Outputs outputs;
   outputs.Add(arguments.output, "--output");
   outputs.Require({arguments.log});
-  outputs.WriteText(arguments.output, evaluation::DrawRunLog(evaluation::ReadRunLog(ReadYaml(arguments.log))));
+  outputs.WriteText(arguments.output,
+                    evaluation::DrawRunLog(evaluation::ReadRunLog(ReadYaml(arguments.log))));
   outputs.Finish();
   return kExitSuccess;
 }
@@ -360,10 +367,11 @@ int CampaignCommand(const CampaignArguments& arguments) {
   outputs.Add(arguments.json, "--json");
   outputs.Require({options.scenario});
   const Terminal terminal(arguments.json == "-");
-  const bench::CampaignResult result = bench::RunCampaign(options, [&](int number, int count, const Value& record) {
-    const std::string line = bench::CampaignLine(number, count, record);
-    if (!line.empty()) terminal.Print(line);
-  });
+  const bench::CampaignResult result =
+      bench::RunCampaign(options, [&](int number, int count, const Value& record) {
+        const std::string line = bench::CampaignLine(number, count, record);
+        if (!line.empty()) terminal.Print(line);
+      });
   const Value summary = bench::SummarizeCampaign(options, result);
   terminal.Print(bench::CampaignTable(summary));
   outputs.Write(arguments.json, summary);

@@ -16,12 +16,13 @@
 
 #include "apps/tether/signals.h"
 
-#include "tether/common/error.h"
-#include "tether/common/limits.h"
-#include "tether/common/log.h"
 #include "apps/tether/commands.h"
 #include "apps/tether/task_command.h"
 #include "apps/tether/terminal.h"
+#include "tether/common/error.h"
+#include "tether/common/exit_code.h"
+#include "tether/common/limits.h"
+#include "tether/common/log.h"
 #include "tether/common/version.h"
 
 namespace {

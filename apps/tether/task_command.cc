@@ -4,12 +4,13 @@
 #include <chrono>
 #include <utility>
 
-#include "tether/common/text.h"
 #include "apps/tether/commands.h"
-#include "tether/common/outputs.h"
-#include "apps/tether/plan_output.h"
-#include "tether/scenario/problem.h"
 #include "apps/tether/terminal.h"
+#include "tether/common/exit_code.h"
+#include "tether/common/output_header.h"
+#include "tether/common/outputs.h"
+#include "tether/common/text.h"
+#include "tether/scenario/problem.h"
 #include "tether/symbolic/grounding/relevance.h"
 #include "tether/task/search/greedy.h"
 
@@ -18,7 +19,8 @@ namespace {
 
 void Validate(const TaskArguments& arguments) {
   Diagnostics mistakes;
-  if (std::find(scenario::SearchNames().begin(), scenario::SearchNames().end(), arguments.search) == scenario::SearchNames().end()) {
+  if (std::find(scenario::SearchNames().begin(), scenario::SearchNames().end(), arguments.search) ==
+      scenario::SearchNames().end()) {
     mistakes.Add({}, "--search: unknown '" + arguments.search + "'",
                  SuggestFrom(arguments.search, scenario::SearchNames()));
   }
@@ -111,7 +113,7 @@ void SearchGreedily(task::Product& product, const task::SearchLimits& limits, Ta
 
 /// Counts what can be reached in the whole task, whatever part of it was searched.
 void bench::CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
-                    const task::SearchLimits& limits, TaskReport& report) {
+                           const task::SearchLimits& limits, TaskReport& report) {
   std::optional<task::SkeletonSearch> other;
   if (&search.task() != whole.get()) other.emplace(whole, task::SkeletonOptions{.blind = true});
   task::SkeletonSearch& all = other ? *other : search;

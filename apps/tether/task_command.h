@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tether/common/limits.h"
 #include "tether/common/document/value.h"
+#include "tether/common/limits.h"
 #include "tether/symbolic/grounding/task.h"
 #include "tether/task/search/skeleton.h"
 

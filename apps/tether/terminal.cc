@@ -41,10 +41,4 @@ std::string Terminal::Wrap(const char* code, const std::string& text) const {
   return colour_ ? "\x1b[" + std::string(code) + "m" + text + "\x1b[0m" : text;
 }
 
-std::string Fixed(double value, int decimals) {
-  char buffer[64];
-  FormatInto(buffer, sizeof buffer, "%.*f", decimals, value);
-  return buffer;
-}
-
 }  // namespace tether::app

@@ -29,7 +29,4 @@ class Terminal {
 /// Throws InputError if text for standard output was lost: it is closed, or its disk is full.
 void RequireStandardOutput();
 
-/// A number with `decimals` digits after the point.
-std::string Fixed(double value, int decimals);
-
 }  // namespace tether::app

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/planning/skeleton/action_reader.h"
 
 namespace tether::planning {
 

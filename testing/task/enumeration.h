@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "testing/symbolic/naive.h"
 #include "tether/common/random.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/symbolic/pddl/expression.h"
-#include "testing/symbolic/naive.h"
 #include "tether/task/goal/product.h"
 
 /// For tests: every plan of a small task, by walking all paths of what PDDL's definition says, and random

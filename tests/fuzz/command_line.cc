@@ -15,12 +15,13 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include "apps/tether/commands.h"
 #include "engine.h"
 #include "mutate.h"
 #include "targets.h"
 #include "tether/common/error.h"
+#include "tether/common/exit_code.h"
 #include "tether/common/limits.h"
-#include "apps/tether/commands.h"
 
 namespace {
 
@@ -72,14 +73,13 @@ int RunCommandOn(const std::string& command, const std::string& scenario) {
     arguments.overrides.stop = &stop;
     return app::RunCommand(arguments);
   } catch (const InputError&) {
-    return app::kExitBadInput;
+    return kExitBadInput;
   } catch (const std::bad_alloc&) {
-    return app::kExitGaveUp;
+    return kExitGaveUp;
   } catch (const tether::LimitReached& reached) {
-    return reached.limit() == tether::Limit::kInterrupted ? app::kExitInterrupted
-                                                          : app::kExitGaveUp;
+    return reached.limit() == tether::Limit::kInterrupted ? kExitInterrupted : kExitGaveUp;
   } catch (const std::exception&) {
-    return app::kExitInternal;
+    return kExitInternal;
   }
 }
 

@@ -4,17 +4,17 @@
 #include <unistd.h>
 
 #include "targets.h"
-#include "tether/constraints/core/kind.h"
 #include "tether/bench/campaigns/campaign.h"
+#include "tether/constraints/core/kind.h"
 #include "tether/evaluation/check.h"
-#include "tether/scenario/events.h"
 #include "tether/evaluation/run_log.h"
-#include "tether/scenario/scenario.h"
 #include "tether/geometry/hull/mesh_file.h"
 #include "tether/geometry/hull/polytope.h"
-#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/plan/plan_file.h"
+#include "tether/planning/skeleton/action_reader.h"
 #include "tether/robot/model.h"
+#include "tether/scenario/events.h"
+#include "tether/scenario/scenario.h"
 
 namespace tether::fuzz {
 namespace {
@@ -52,7 +52,7 @@ constexpr const char* kScenarioFile = "/fuzz/scenario.yaml";
 const scenario::Scenario& Stage() {
   static const scenario::Scenario scenario =
       scenario::LoadScenario(kScenarioFile, {{kScenarioFile,
-                                                R"(format: tether.scenario/1
+                                              R"(format: tether.scenario/1
 title: stage
 objects:
   table: {shape: {box: [1, 1, 0.1]}, pose: {position: [0.5, 0, -0.05]}}

@@ -5,8 +5,8 @@
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/automaton/output.h"
 #include "tether/ltl/formula/parser.h"
-#include "tether/symbolic/pddl/pddl.h"
 #include "tether/symbolic/grounding/task.h"
+#include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::fuzz {
 namespace {

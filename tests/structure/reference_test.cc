@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "tether/common/document/value.h"
+#include "tether/common/file.h"
 #include "tether/constraints/core/kind.h"
 
 namespace tether::structure {

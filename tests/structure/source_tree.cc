@@ -13,6 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRooms = "src/tether/";
+constexpr const char* kTesting = "testing/";
 
 bool IsLeftOut(const fs::path& relative) {
   const std::string name = relative.filename().string();
@@ -31,12 +32,34 @@ std::string Finding(const std::string& path, int line, const std::string& what) 
   return path + ":" + std::to_string(line) + ": " + what;
 }
 
-/// The folder below src/tether/ that a path lies in; empty elsewhere.
+/// The room whose folder below src/tether/ or testing/ a path lies in; empty elsewhere.
 std::string RoomOf(const std::string& path) {
-  const std::string prefix = kRooms;
-  if (!path.starts_with(prefix)) return "";
-  const size_t end = path.find('/', prefix.size());
-  return end == std::string::npos ? "" : path.substr(prefix.size(), end - prefix.size());
+  for (const std::string prefix : {kRooms, kTesting}) {
+    if (!path.starts_with(prefix)) continue;
+    const size_t end = path.find('/', prefix.size());
+    return end == std::string::npos ? "" : path.substr(prefix.size(), end - prefix.size());
+  }
+  return "";
+}
+
+/// Of an #include: the room, and whether it is of its helpers for tests. Empty for what is not ours.
+struct Target {
+  std::string room;
+  bool testing = false;
+};
+Target TargetOf(const Include& include) {
+  for (const bool testing : {false, true}) {
+    const std::string prefix = testing ? "\"testing/" : "\"tether/";
+    if (!include.spelled.starts_with(prefix)) continue;
+    return {include.spelled.substr(prefix.size(), include.spelled.find('/', prefix.size()) - prefix.size()),
+            testing};
+  }
+  return {};
+}
+
+/// Tests, benchmarks and the helpers of tests: not part of any product library.
+bool IsForTesting(const std::string& path) {
+  return path.starts_with(kTesting) || path.ends_with("_test.cc") || path.ends_with("_benchmark.cc");
 }
 
 std::vector<std::string> Lines(const std::string& text) {
@@ -74,13 +97,25 @@ std::vector<File> ReadTree(const std::string& top) {
 }
 
 RoomTable ParseRoomTable(const std::string& markdown) {
-  static const std::regex row(R"(^\| `([a-z_]+)` \|.*\| ([^|]*) \|\s*$)");
+  static const std::regex row(R"(^\| `([a-z_]+)`[^|]*\|.*\| ([^|]*) \|\s*$)");
   RoomTable table;
   for (const std::string& line : Lines(markdown)) {
     std::smatch match;
     if (!std::regex_match(line, match, row)) continue;
     const std::vector<std::string> known = Words(match[2].str());
     table[match[1].str()] = {known.begin(), known.end()};
+  }
+  return table;
+}
+
+FolderTable ParseFolderTable(const std::string& markdown) {
+  static const std::regex row(R"(^\| `([a-z_]+)` \{([^}]*)\} \|.*$)");
+  FolderTable table;
+  for (const std::string& line : Lines(markdown)) {
+    std::smatch match;
+    if (!std::regex_match(line, match, row)) continue;
+    const std::vector<std::string> folders = Words(match[2].str());
+    table[match[1].str()] = {folders.begin(), folders.end()};
   }
   return table;
 }
@@ -127,21 +162,71 @@ Findings CheckTable(const RoomTable& table) {
 Findings CheckRoomIncludes(const std::vector<File>& files, const RoomTable& table) {
   Findings findings;
   for (const File& file : files) {
-    if (!IsSource(file) || !file.path.starts_with(kRooms)) continue;
     const std::string room = RoomOf(file.path);
+    if (!IsSource(file) || room.empty()) continue;
     if (!table.contains(room)) {
       findings.push_back(Finding(file.path, 1, "'" + room + "' is not a room of the table"));
       continue;
     }
     const std::set<std::string> may_know = Reachable(table, room);
     for (const Include& include : FindIncludes(file.text)) {
-      const std::string prefix = "\"tether/";
-      if (!include.spelled.starts_with(prefix)) continue;
-      const std::string other =
-          include.spelled.substr(prefix.size(), include.spelled.find('/', prefix.size()) - prefix.size());
-      if (!may_know.contains(other)) {
-        findings.push_back(Finding(file.path, include.line, room + " may not know " + other));
+      const Target other = TargetOf(include);
+      if (other.room.empty()) continue;
+      if (!may_know.contains(other.room)) {
+        findings.push_back(Finding(file.path, include.line, room + " may not know " + other.room));
       }
+      if (other.testing && !IsForTesting(file.path)) {
+        findings.push_back(Finding(file.path, include.line, include.spelled + " is for tests only"));
+      }
+    }
+  }
+  return findings;
+}
+
+Findings CheckFolders(const std::vector<File>& files, const FolderTable& table, int most) {
+  std::map<std::string, int> sources;  // By folder.
+  FolderTable found;
+  for (const File& file : files) {
+    const std::string room = RoomOf(file.path);
+    if (!IsSource(file) || room.empty()) continue;
+    const std::string folder = file.path.substr(0, file.path.rfind('/'));
+    ++sources[folder];
+    const std::string top = kRooms + room;
+    if (file.path.starts_with(kRooms) && folder != top) found[room].insert(folder.substr(top.size() + 1));
+  }
+  Findings findings;
+  for (const auto& [folder, count] : sources) {
+    if (count > most)
+      findings.push_back(folder + " holds " + std::to_string(count) + " sources, more than " +
+                         std::to_string(most));
+  }
+  for (const auto& [room, folders] : found) {
+    const auto row = table.find(room);
+    for (const std::string& folder : folders) {
+      if (row == table.end() || !row->second.contains(folder))
+        findings.push_back("the table does not name " + room + "'s folder " + folder);
+    }
+  }
+  for (const auto& [room, folders] : table) {
+    for (const std::string& folder : folders) {
+      if (!found[room].contains(folder))
+        findings.push_back("the table names " + room + "/" + folder + ", which is not there");
+    }
+  }
+  return findings;
+}
+
+Findings CheckEdgesAreUsed(const std::vector<File>& files, const RoomTable& table) {
+  RoomTable used;
+  for (const File& file : files) {
+    if (!IsSource(file) || IsForTesting(file.path)) continue;
+    for (const Include& include : FindIncludes(file.text))
+      used[RoomOf(file.path)].insert(TargetOf(include).room);
+  }
+  Findings findings;
+  for (const auto& [room, known] : table) {
+    for (const std::string& other : known) {
+      if (!used[room].contains(other)) findings.push_back("no source of " + room + " includes " + other);
     }
   }
   return findings;
@@ -169,6 +254,7 @@ Findings CheckRoomTargets(const std::vector<File>& files, const RoomTable& table
 }
 
 Findings CheckHeaderIncludes(const std::vector<File>& files) {
+  static constexpr const char* kOwn[] = {"\"tether/", "\"testing/", "\"apps/", "\"structure/"};
   Findings findings;
   for (const File& file : files) {
     if (!IsHeader(file)) continue;
@@ -176,7 +262,8 @@ Findings CheckHeaderIncludes(const std::vector<File>& files) {
       const std::string& name = include.spelled;
       // Names of the standard library have neither a dot nor a slash; those of C libraries have.
       const bool standard = name.starts_with('<') && name.find_first_of("./") == std::string::npos;
-      const bool own = name.starts_with("\"tether/") || name.starts_with("\"structure/");
+      const bool own = std::any_of(std::begin(kOwn), std::end(kOwn),
+                                   [&](const char* prefix) { return name.starts_with(prefix); });
       if (!standard && !own && !name.starts_with("<Eigen/")) {
         findings.push_back(Finding(file.path, include.line, name + " belongs in a .cc file"));
       }

@@ -20,9 +20,13 @@ std::vector<File> ReadTree(const std::string& top);
 
 /// Room → the rooms that it knows directly.
 using RoomTable = std::map<std::string, std::set<std::string>>;
+/// Room → its sub-folders; rooms without any are left out.
+using FolderTable = std::map<std::string, std::set<std::string>>;
 
-/// Reads the rows "| `room` | what | knows |" of the table of rooms in docs/architecture.md.
+/// Reads the rows "| `room` {`folder`, …} | what | knows |" of the table of rooms in docs/architecture.md;
+/// the braces are there only where a room has sub-folders.
 RoomTable ParseRoomTable(const std::string& markdown);
+FolderTable ParseFolderTable(const std::string& markdown);
 
 /// A room, the rooms it knows, and those they know.
 std::set<std::string> Reachable(const RoomTable& table, const std::string& room);
@@ -37,8 +41,14 @@ std::vector<Include> FindIncludes(const std::string& text);
 /// Each rule returns what breaks it, one line per finding: "path:line: what".
 using Findings = std::vector<std::string>;
 
-/// Files of a room include only rooms that the room may know, and rooms are those of the table.
+/// Files of a room include only rooms that the room may know, and rooms are those of the table. Helpers in
+/// testing/<room> obey the same, and only they, tests and benchmarks include helpers, of rooms that they may
+/// know.
 Findings CheckRoomIncludes(const std::vector<File>& files, const RoomTable& table);
+/// The sub-folders of each room are those of the table, and no folder holds more than `most` sources.
+Findings CheckFolders(const std::vector<File>& files, const FolderTable& table, int most);
+/// A room that another is let know directly is included by some product source of that other.
+Findings CheckEdgesAreUsed(const std::vector<File>& files, const RoomTable& table);
 /// `tether_room(NAME KNOWS …)` in a room's CMakeLists.txt names only rooms that the room may know.
 Findings CheckRoomTargets(const std::vector<File>& files, const RoomTable& table);
 /// Nobody knows himself, directly or through others, and every room that is named is a row.

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <vector>
 
-#include "apps/tether/plan_output.h"
+#include "tether/common/output_header.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/kkt.h"
 #include "tether/qp/solver.h"
@@ -84,7 +84,7 @@ ControlBench BenchmarkControl(ControlBench bench) {
 }
 
 Value WriteControlBench(const ControlBench& bench) {
-  return app::OutputHeader("tether.bench/1", bench.seed)
+  return OutputHeader("tether.bench/1", bench.seed)
       .Set("name", "control")
       .Set("qp", Value::Object()
                      .Set("variables", bench.variables)

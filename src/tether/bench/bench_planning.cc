@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "tether/common/error.h"
-#include "tether/scenario/problem.h"
 #include "tether/planning/check/checker.h"
-#include "tether/planning/program/program_builder.h"
 #include "tether/planning/modes/mode_assignment.h"
+#include "tether/planning/program/program_builder.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::bench {
 namespace {

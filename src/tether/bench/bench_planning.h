@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "tether/common/document/value.h"
 #include "tether/bench/process_time.h"
+#include "tether/common/document/value.h"
 #include "tether/nlp/solver.h"
 #include "tether/planning/plan/report.h"
 

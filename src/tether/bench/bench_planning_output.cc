@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "tether/bench/bench_planning.h"
-#include "apps/tether/plan_output.h"
-#include "apps/tether/terminal.h"
+#include "tether/common/output_header.h"
+#include "tether/common/text.h"
 
 namespace tether::bench {
 namespace {
@@ -133,12 +133,12 @@ class Line {
 };
 
 std::string Percent(const std::optional<double>& share) {
-  return share ? app::Fixed(100 * *share, 0) + " %" : "-";
+  return share ? Fixed(100 * *share, 0) + " %" : "-";
 }
 
-std::string Times(const std::optional<double>& ratio) { return ratio ? app::Fixed(*ratio, 1) + " x" : "-"; }
+std::string Times(const std::optional<double>& ratio) { return ratio ? Fixed(*ratio, 1) + " x" : "-"; }
 
-std::string Ms(double seconds) { return app::Fixed(1e3 * seconds, 2); }
+std::string Ms(double seconds) { return Fixed(1e3 * seconds, 2); }
 
 std::string SolverLine(const ProblemMeasurement& problem, const SolverMeasurement& solver) {
   const SolverMeasurement* native = problem.native();
@@ -151,9 +151,9 @@ std::string SolverLine(const ProblemMeasurement& problem, const SolverMeasuremen
       .Cell(Ms(wall.p99), 10)
       .Cell(Ms(SpreadOf(solver.optimize.cpu).median), 10)
       .Cell(Times(Ratio(solver.optimize, native == nullptr ? nullptr : &native->optimize)), 10)
-      .Cell(cost ? app::Fixed(*cost, 4) : "-", 10)
-      .Cell(excess < 1e9 ? app::Fixed(100 * excess, 2) + " %" : "unsolved", 10)
-      .Cell(app::Fixed(1e3 * solver.max_violation_m(), 4), 9)
+      .Cell(cost ? Fixed(*cost, 4) : "-", 10)
+      .Cell(excess < 1e9 ? Fixed(100 * excess, 2) + " %" : "unsolved", 10)
+      .Cell(Fixed(1e3 * solver.max_violation_m(), 4), 9)
       .Cell(std::to_string(solver.iterations()), 7)
       .Cell(std::to_string(solver.evaluations()), 7)
       .Cell(Percent(shares.evaluation), 8)
@@ -172,9 +172,9 @@ std::string PlanningLine(const ProblemMeasurement& problem, const SolverMeasurem
       .Cell(Ms(wall.p99), 10)
       .Cell(Ms(SpreadOf(planning.total.cpu).median), 10)
       .Cell(Times(Ratio(planning.optimize, native == nullptr ? nullptr : &native->planning.optimize)), 10)
-      .Cell(planning.feasible > 0 ? app::Fixed(planning.cost, 4) : "-", 10)
+      .Cell(planning.feasible > 0 ? Fixed(planning.cost, 4) : "-", 10)
       .Cell(std::to_string(planning.feasible), 10)
-      .Cell(app::Fixed(1e3 * planning.max_violation_m, 4), 9)
+      .Cell(Fixed(1e3 * planning.max_violation_m, 4), 9)
       .Cell(Ms(SpreadOf(planning.read_s).median), 14)
       .Cell(Ms(SpreadOf(planning.search_s).median), 10)
       .Cell(Ms(SpreadOf(planning.optimize.wall).median), 14)
@@ -190,7 +190,7 @@ Value WritePlanningBench(const PlanningBench& bench) {
     for (const SolverMeasurement& solver : problem.solvers) rows.Append(WriteRow(problem, solver));
   }
   const uint64_t seed = bench.problems.empty() ? 0 : bench.problems.front().seed;
-  return app::OutputHeader("tether.bench/1", seed)
+  return OutputHeader("tether.bench/1", seed)
       .Set("name", "planning")
       .Set("complete", !bench.interrupted)
       .Set("no_robot", bench.no_robot)

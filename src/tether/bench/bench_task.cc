@@ -5,12 +5,12 @@
 #include <memory>
 #include <utility>
 
-#include "tether/common/text.h"
-#include "apps/tether/plan_output.h"
 #include "tether/bench/process_time.h"
-#include "tether/planning/modes/region_domain.h"
+#include "tether/common/output_header.h"
+#include "tether/common/text.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/formula/parser.h"
+#include "tether/planning/modes/region_domain.h"
 #include "tether/task/search/skeleton.h"
 #include "tether/task/symmetry/symmetry.h"
 
@@ -236,7 +236,7 @@ Value WriteTaskBench(const TaskBench& bench) {
     if (row.reachable) one.Set("reachable", *row.reachable);
     rows.Append(one.Set("searches", std::move(searches)));
   }
-  return app::OutputHeader("tether.bench/1", 0)
+  return OutputHeader("tether.bench/1", 0)
       .Set("name", "task")
       .Set("max_states", static_cast<uint64_t>(bench.options.max_states))
       .Set("rows", std::move(rows));

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cmath>
 
+#include "tether/bench/process_time.h"
 #include "tether/common/random.h"
 #include "tether/constraints/core/field_function.h"
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/objective.h"
-#include "tether/bench/process_time.h"
 
 namespace tether::bench {
 namespace {

@@ -5,11 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/scratch_folder.h"
+#include "testing/scenario/test_scenarios.h"
+#include "tether/bench/campaigns/campaign.h"
 #include "tether/common/error.h"
 #include "tether/common/file.h"
-#include "testing/common/scratch_folder.h"
-#include "tether/bench/campaigns/campaign.h"
-#include "testing/scenario/test_scenarios.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::bench {

@@ -6,14 +6,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/scratch_folder.h"
+#include "testing/scenario/test_scenarios.h"
+#include "tether/bench/bench_task.h"
 #include "tether/common/file.h"
 #include "tether/common/random.h"
-#include "testing/common/scratch_folder.h"
-#include "tether/bench/bench_task.h"
-#include "tether/scenario/problem.h"
-#include "testing/scenario/test_scenarios.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/planning/plan/plan_file.h"
+#include "tether/scenario/problem.h"
 #include "tether/task/search/skeleton.h"
 
 namespace tether::bench {
@@ -65,8 +65,10 @@ class RegionDomainTest : public ::testing::Test {
     return "";
   }
 
-  static planning::PlanReport Plan(const scenario::Scenario& scenario, const scenario::PlanningOverrides& overrides = {}) {
-    return planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
+  static planning::PlanReport Plan(const scenario::Scenario& scenario,
+                                   const scenario::PlanningOverrides& overrides = {}) {
+    return planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides),
+                              *scenario::MakeTask(scenario));
   }
 
   ScratchFolder scratch_;
@@ -189,7 +191,8 @@ TEST_F(RegionDomainTest, WhatGeometryRefutesIsPlannedAround) {
 }
 
 TEST_F(RegionDomainTest, PddlGoalsWorkToo) {
-  const scenario::Scenario scenario = Load(kScene + "task: {goal: {pddl: '(and (in plate sides) (in cup b))'}}\n");
+  const scenario::Scenario scenario =
+      Load(kScene + "task: {goal: {pddl: '(and (in plate sides) (in cup b))'}}\n");
   EXPECT_FALSE(scenario.goal.has_value());
   const double cost = Plan(scenario).best()->plan.cost;
   const scenario::Scenario temporal = Load(kScene + "task: {goal: 'F(in(plate,sides) & in(cup,b))'}\n");
@@ -232,8 +235,9 @@ TEST_F(RegionDomainTest, AnUnsatisfiableGoalIsImpossible) {
 }
 
 std::shared_ptr<const scenario::Task> GroundLayout(const planning::RegionLayout& layout) {
-  return scenario::Task::Ground(symbolic::ParseProblem(planning::RegionProblemText(layout), "problem",
-                                             symbolic::ParseDomain(planning::RegionDomainText(), "domain")));
+  return scenario::Task::Ground(
+      symbolic::ParseProblem(planning::RegionProblemText(layout), "problem",
+                             symbolic::ParseDomain(planning::RegionDomainText(), "domain")));
 }
 
 /// Objects in regions with random capacities, or with room for one in each.
@@ -324,8 +328,9 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
       return outcome.found() ? outcome.skeleton->cost : -1.0;
     };
     const auto regions = GroundLayout(layout);
-    const auto poses = scenario::Task::Ground(symbolic::ParseProblem(
-        planning::PoseProblemText(layout, 3), "problem", symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
+    const auto poses = scenario::Task::Ground(
+        symbolic::ParseProblem(planning::PoseProblemText(layout, 3), "problem",
+                               symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
     const double expected = cost(regions, true);
     solved += expected > 0;
     EXPECT_EQ(cost(regions, false), expected) << text;
@@ -344,14 +349,15 @@ TEST(RegionLayoutTest, ReachableStatesAreCountedExactly) {
   const std::string formula = "F(in(x,b) & X F in(y,a)) & F in(x,c)";
   for (int poses : {1, 2, 3}) {
     const std::string problem = planning::PoseProblemText(layout, poses);
-    auto task = scenario::Task::Ground(
-        symbolic::ParseProblem(problem, "problem", symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
+    auto task = scenario::Task::Ground(symbolic::ParseProblem(
+        problem, "problem", symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
     const task::TemporalGoal goal{ltl::ParseFormula(formula), ltl::Semantics::kCosafe, {}};
     task::Product product(task, goal);
     task::StateGraph graph(product, {.blind = true});
     while (graph.ExpandBeyondGoals()) {
     }
-    EXPECT_EQ(CountReachable(planning::PoseDomainText(), problem, formula, 1'000'000), graph.states()) << poses;
+    EXPECT_EQ(CountReachable(planning::PoseDomainText(), problem, formula, 1'000'000), graph.states())
+        << poses;
     EXPECT_GT(graph.states(), 100u);
   }
 }

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/random.h"
 #include "tether/common/document/reader.h"
+#include "tether/common/random.h"
 
 namespace tether {
 namespace {

@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/error.h"
 #include "testing/common/scratch_folder.h"
+#include "tether/common/error.h"
 
 namespace tether {
 namespace {

@@ -65,4 +65,10 @@ std::string LowerCase(std::string_view text) {
   return lower;
 }
 
+std::string Fixed(double value, int decimals) {
+  char buffer[64];
+  FormatInto(buffer, sizeof buffer, "%.*f", decimals, value);
+  return buffer;
+}
+
 }  // namespace tether

@@ -11,6 +11,9 @@ namespace tether {
 /// The same into a buffer of so many bytes, as std::snprintf does.
 [[gnu::format(printf, 3, 4)]] int FormatInto(char* buffer, size_t size, const char* format, ...);
 
+/// A number with `decimals` digits after the point.
+std::string Fixed(double value, int decimals);
+
 /// The number that the whole of `text` says, in any locale: as std::strtod reads it in the "C" locale, but
 /// for hexadecimal ones. False, and nothing set, if it says none.
 bool ParseNumber(std::string_view text, double* number);

@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include "tether/common/error.h"
 #include "tether/common/document/value.h"
+#include "tether/common/error.h"
 
 namespace tether::control {
 

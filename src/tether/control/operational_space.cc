@@ -8,8 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "tether/common/error.h"
 #include "tether/common/document/value.h"
+#include "tether/common/error.h"
 
 namespace tether::control {
 namespace {

@@ -6,15 +6,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/scratch_folder.h"
+#include "testing/scenario/test_scenarios.h"
 #include "tether/common/file.h"
 #include "tether/common/random.h"
-#include "testing/common/scratch_folder.h"
-#include "tether/geometry/box_tree.h"
-#include "tether/evaluation/check.h"
-#include "tether/scenario/problem.h"
 #include "tether/common/record_file.h"
+#include "tether/evaluation/check.h"
 #include "tether/evaluation/run_log.h"
-#include "testing/scenario/test_scenarios.h"
+#include "tether/geometry/box_tree.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
@@ -69,7 +69,7 @@ TEST_F(BadInputTest, LargeCapacityHang) {
   const auto atoms = [&](const std::string& capacity) {
     const scenario::Scenario scenario =
         scenario::LoadScenario(Write("s.yaml", Replaced(scene, "heat: {disc: 0.06, capacity: 1",
-                                              "heat: {disc: 0.06, capacity: " + capacity)));
+                                                        "heat: {disc: 0.06, capacity: " + capacity)));
     return scenario::MakeTask(scenario)->atoms().size();
   };
   EXPECT_EQ(atoms("2147483647"), atoms("4"));
@@ -109,8 +109,8 @@ TEST_F(BadInputTest, HugeCylinderEndlessDistance) {
   }
   // Shapes of the scene, and where they are.
   std::string shapes = Text("scenarios/hanoi.yaml");
-  shapes.replace(shapes.find("objects:"), shapes.find('\n', shapes.find("objects:")) - shapes.find("objects:"),
-                 "objects:");
+  shapes.replace(shapes.find("objects:"),
+                 shapes.find('\n', shapes.find("objects:")) - shapes.find("objects:"), "objects:");
   for (const char* shape :
        {"{cylinder: {radius: 1e308, length: 1}}", "{cylinder: {radius: 1, length: 10001}}", "{sphere: 1e300}",
         "{capsule: {radius: 1e-300, length: 1}}"}) {

@@ -4,14 +4,14 @@
 #include <filesystem>
 #include <optional>
 
+#include "tether/common/text.h"
 #include "tether/constraints/core/kind.h"
-#include "tether/scene/resting_contact.h"
-#include "tether/scenario/problem.h"
-#include "tether/scenario/scene_reader.h"
-#include "apps/tether/terminal.h"
-#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/scenario/problem.h"
+#include "tether/scenario/scene_reader.h"
+#include "tether/scene/resting_contact.h"
 #include "tether/sim/world.h"
 
 namespace tether::evaluation {
@@ -37,8 +37,8 @@ class FileChecker {
           CheckLibrary(document, checks_.back());
         } else if (name == "tether.events/1") {
           checks_.back().kind = "events";
-          checks_.back().notes.push_back(std::to_string(scenario::ParseEvents(document, {}, diagnostics_).size()) +
-                                         " events");
+          checks_.back().notes.push_back(
+              std::to_string(scenario::ParseEvents(document, {}, diagnostics_).size()) + " events");
         } else if (name == planning::kPlanFormat) {
           checks_.back().kind = "plan";
           plans.emplace_back(checks_.size() - 1, document);
@@ -68,8 +68,8 @@ class FileChecker {
 
  private:
   void UnknownFormat(const std::string& file, const Value& document, const std::string& name) {
-    const std::vector<std::string> formats = {scenario::kScenarioFormat, planning::kActionsFormat, "tether.events/1",
-                                              planning::kPlanFormat};
+    const std::vector<std::string> formats = {scenario::kScenarioFormat, planning::kActionsFormat,
+                                              "tether.events/1", planning::kPlanFormat};
     const Value* format = document.Find("format");
     diagnostics_.Add(format ? format->where() : Location{file, 1, 1},
                      format ? "unknown format '" + name + "'" : "there is no 'format'",
@@ -150,12 +150,12 @@ class FileChecker {
       const bool metres = finding.unit == nlp::Unit::kMetre;
       if (finding.amount <= (metres ? problem.program.feasible_m : problem.program.feasible_rad)) continue;
       check.problems.push_back(finding.action + ": " + finding.label + " is violated by " +
-                               app::Fixed(1e3 * finding.amount, 2) + (metres ? " mm" : " mrad"));
+                               Fixed(1e3 * finding.amount, 2) + (metres ? " mm" : " mrad"));
     }
     CheckGoal(scenario, plan, check);
-    check.notes.push_back("cost " + app::Fixed(result.cost, 4) + ", largest violation " +
-                          app::Fixed(1e3 * result.max_violation_m, 3) + " mm and " +
-                          app::Fixed(1e3 * result.max_violation_rad, 3) + " mrad");
+    check.notes.push_back("cost " + Fixed(result.cost, 4) + ", largest violation " +
+                          Fixed(1e3 * result.max_violation_m, 3) + " mm and " +
+                          Fixed(1e3 * result.max_violation_rad, 3) + " mrad");
   }
 
   /// The plan's actions must be applicable one after another and reach the goal.

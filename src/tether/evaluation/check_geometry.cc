@@ -3,12 +3,12 @@
 #include <map>
 #include <set>
 
-#include "tether/geometry/box_tree.h"
+#include "tether/common/text.h"
 #include "tether/evaluation/check.h"
-#include "tether/scene/resting_contact.h"
-#include "apps/tether/terminal.h"
+#include "tether/geometry/box_tree.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/scene/region.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::evaluation {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 constexpr double kTolerance = 1e-3;
 constexpr double kTouch = 2e-3;  // As far as FindSupport() looks.
 
-std::string Millimetres(double metres) { return app::Fixed(1e3 * metres, 1) + " mm"; }
+std::string Millimetres(double metres) { return Fixed(1e3 * metres, 1) + " mm"; }
 
 /// Finds where the geometry of a scene disagrees with itself.
 class GeometryCheck {
@@ -202,6 +202,8 @@ class GeometryCheck {
 
 }  // namespace
 
-std::vector<std::string> CheckGeometry(const scenario::Scenario& scenario) { return GeometryCheck(scenario).Run(); }
+std::vector<std::string> CheckGeometry(const scenario::Scenario& scenario) {
+  return GeometryCheck(scenario).Run();
+}
 
 }  // namespace tether::evaluation

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
-#include "tether/scenario/problem.h"
 #include "testing/scenario/test_scenarios.h"
+#include "tether/common/file.h"
 #include "tether/common/version.h"
 #include "tether/planning/plan/plan_file.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {

@@ -6,16 +6,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/error.h"
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
 #include "tether/common/document/value.h"
+#include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/evaluation/check.h"
-#include "tether/scenario/problem.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/planning/plan/problem.h"
 #include "tether/planning/program/frame_tree.h"
 #include "tether/planning/replan/optimum.h"
-#include "tether/planning/plan/problem.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
@@ -75,8 +75,9 @@ TEST(GenerateTest, TheScenesOfSeedOneAreWhatTheyWere) {
       {"sort", 0x79ef6a617339b706u},  {"clutter", 0x451d64eb6bcb9679u}, {"bin", 0x1656809c0c2807bbu},
       {"crowd", 0x3e91ee35c034558cu}};
   for (const auto& [kind, text] : scenario::GeneratorKinds()) {
-    EXPECT_EQ(Hash(scenario::Generate(kind, {}, 1)), pinned.at(kind)) << kind << ":\n"
-                                                            << scenario::Generate(kind, {}, 1).scenario;
+    EXPECT_EQ(Hash(scenario::Generate(kind, {}, 1)), pinned.at(kind))
+        << kind << ":\n"
+        << scenario::Generate(kind, {}, 1).scenario;
   }
   const scenario::Scenario reach = scenario::LoadGenerated(scenario::Generate("reach", {}, 1));
   EXPECT_TRUE(reach.scene.InitialPose("box").p.isApprox(Eigen::Vector3d(0.886, 0.066, 0.029), 1e-12));
@@ -85,7 +86,8 @@ TEST(GenerateTest, TheScenesOfSeedOneAreWhatTheyWere) {
 
 TEST(GenerateTest, HanoiHasTheSizesAndLengthThatItsNumberOfBlocksAsksFor) {
   for (int blocks = 2; blocks <= 8; ++blocks) {
-    const scenario::Scenario scenario = scenario::LoadGenerated(scenario::Generate("hanoi", {blocks, 0, 0}, 1));
+    const scenario::Scenario scenario =
+        scenario::LoadGenerated(scenario::Generate("hanoi", {blocks, 0, 0}, 1));
     EXPECT_EQ(scenario.task.max_actions, 2 * ((1 << blocks) - 1));
     std::vector<double> edges;
     for (const scene::Object& object : scenario.scene.objects) {
@@ -121,7 +123,8 @@ TEST(GenerateTest, ReachScenesHaveTheBoxBeyondReachInThreeOfFour) {
 }
 
 TEST(GenerateTest, MistakesNameTheValueAndWhatIsAccepted) {
-  const auto message = [](const std::string& kind, const scenario::GeneratorParameters& parameters) -> std::string {
+  const auto message = [](const std::string& kind,
+                          const scenario::GeneratorParameters& parameters) -> std::string {
     try {
       scenario::Generate(kind, parameters, 1);
     } catch (const InputError& error) {
@@ -202,8 +205,8 @@ TEST(GenerateTest, TowersAreBalancedOnEveryLevel) {
     const scenario::Scenario scenario = scenario::LoadGenerated(scenario::Generate("stack", {5, 0, 0}, seed));
     scenario::PlanningOverrides overrides;
     overrides.threads = 1;
-    const planning::PlanReport report =
-        planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
+    const planning::PlanReport report = planning::PlanTask(
+        scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
     ASSERT_NE(report.best(), nullptr) << seed;
     ExpectBalanced(scenario, report.best()->plan);
   }
@@ -212,7 +215,8 @@ TEST(GenerateTest, TowersAreBalancedOnEveryLevel) {
 /// A scene in which most ways of each candidate fail, and candidates that begin alike fail alike.
 planning::PlanReport PlanHardScene(const scenario::PlanningOverrides& overrides) {
   const scenario::Scenario scenario = scenario::LoadGenerated(scenario::Generate("reach", {}, 111));
-  return planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
+  return planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides),
+                            *scenario::MakeTask(scenario));
 }
 
 TEST(GenerateTest, WhatCandidatesLearnOfTheirBeginningsDoesNotDependOnThreads) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "tether/scene/resting_contact.h"
 #include "tether/geometry/distance/query.h"
 #include "tether/scene/region.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::evaluation {
 namespace {

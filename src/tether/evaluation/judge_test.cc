@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/scene/resting_contact.h"
-#include "tether/scenario/problem.h"
-#include "tether/planning/modes/region_domain.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/ltl/formula/parser.h"
+#include "tether/planning/modes/region_domain.h"
+#include "tether/scenario/problem.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::evaluation {
 namespace {
@@ -78,7 +78,8 @@ TEST_F(JudgeTest, WhatLeansOrMovesIsNotOn) {
   EXPECT_EQ(scene::FindLean(can, -Eigen::Vector3d::UnitZ()), 0);
   EXPECT_EQ(scene::FindLean(can, Eigen::Vector3d(1, 2, 0).normalized()), 0);
   EXPECT_GT(scene::FindLean(can, Eigen::Vector3d(1, 0, -1).normalized()), 0.15);
-  EXPECT_EQ(scene::FindLean(geometry::Primitive(geometry::Sphere{0.03}), Eigen::Vector3d(1, 2, 3).normalized()), 0);
+  EXPECT_EQ(
+      scene::FindLean(geometry::Primitive(geometry::Sphere{0.03}), Eigen::Vector3d(1, 2, 3).normalized()), 0);
 }
 
 TEST_F(JudgeTest, GraspedMeansPressedByTheHandAroundIt) {

@@ -7,14 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
+#include "testing/scenario/test_scenarios.h"
+#include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/check.h"
-#include "tether/scenario/problem.h"
 #include "tether/evaluation/run_log.h"
-#include "testing/scenario/test_scenarios.h"
 #include "tether/geometry/hull/mesh_file.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
@@ -60,8 +60,8 @@ TEST_F(LocaleTest, LibraryIsLocaleDependent) {
     const scenario::Scenario scenario = Shipped("stacking");
     scenario::PlanningOverrides overrides;
     overrides.max_plans = 1;
-    const planning::PlanReport report =
-        planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
+    const planning::PlanReport report = planning::PlanTask(
+        scenario::MakeProblem(scenario, scenario.scene, overrides), *scenario::MakeTask(scenario));
     return report.best() == nullptr ? 0.0 : report.best()->plan.cost;
   };
   const double here = cost();

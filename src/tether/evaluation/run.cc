@@ -10,15 +10,15 @@
 #include <thread>
 
 #include "tether/common/log.h"
+#include "tether/common/output_header.h"
 #include "tether/common/text.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
-#include "tether/task/search/replanner.h"
-#include "apps/tether/plan_output.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/robot/kinematics.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/world.h"
+#include "tether/task/search/replanner.h"
 
 namespace tether::evaluation {
 namespace {
@@ -121,7 +121,7 @@ class Run {
       if (world_.time() > scenario_.execution.timeout_s) {
         report_.status = RunStatus::kTimeout;
         report_.reason =
-            "the plan was not finished after " + app::Fixed(world_.time(), 1) + " s (execution: timeout)";
+            "the plan was not finished after " + Fixed(world_.time(), 1) + " s (execution: timeout)";
         return;
       }
       Tick(begin);
@@ -229,7 +229,7 @@ class Run {
     for (size_t i = 0; i < options_.events.size(); ++i) {
       if (done_[i]) continue;
       const scenario::Event& event = options_.events[i];
-      const std::string why = event.starts.empty() ? "the run ended before " + app::Fixed(event.time, 2) + " s"
+      const std::string why = event.starts.empty() ? "the run ended before " + Fixed(event.time, 2) + " s"
                                                    : "'" + event.starts + "' never started";
       Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
     }
@@ -424,7 +424,7 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
   Value snapshots = Value::Array();
   for (const std::string& file : report.snapshots) snapshots.Append(file);
-  Value value = app::OutputHeader("tether.run/1", seed);
+  Value value = OutputHeader("tether.run/1", seed);
   value.Set("scenario", scenario).Set("status", ToString(report.status));
   value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);

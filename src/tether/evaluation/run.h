@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "tether/execution/sequencer/plan_runner.h"
-#include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/evaluation/judge.h"
 #include "tether/evaluation/margins.h"
 #include "tether/evaluation/run_log.h"
-#include "tether/scenario/scenario.h"
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan.h"
+#include "tether/scenario/scenario.h"
 
 namespace tether::evaluation {
 
 struct RunOptions {
   uint64_t seed = 0;
-  std::vector<scenario::Event> events;               ///< Disturbances.
+  std::vector<scenario::Event> events;     ///< Disturbances.
   bool realtime = false;                   ///< Not faster than the clock on the wall.
   std::string snapshots;                   ///< Folder for a picture at each step boundary; empty: none.
   std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.

@@ -6,8 +6,8 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/document/reader.h"
+#include "tether/common/output_header.h"
 #include "tether/common/text.h"
-#include "apps/tether/plan_output.h"
 
 namespace tether::evaluation {
 namespace {
@@ -182,7 +182,7 @@ Value WriteRunLog(const RunLog& log) {
   }
   for (const auto& [time, text] : log.marks)
     marks.Append(Value::Object().Set("time_s", time).Set("text", text));
-  return app::OutputHeader(kLogFormat, log.seed)
+  return OutputHeader(kLogFormat, log.seed)
       .Set("scenario", log.scenario)
       .Set("time_s", list(log.times))
       .Set("series", series)

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/scenario/test_scenarios.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
-#include "testing/scenario/test_scenarios.h"
 
 namespace tether::evaluation {
 namespace {
@@ -24,7 +24,8 @@ Prepared OneBlock() {
   scenario::PlanningOverrides overrides;
   overrides.max_plans = 1;
   overrides.max_actions = 2;
-  const planning::Problem problem = scenario::MakeProblem(prepared.scenario, prepared.scenario.scene, overrides);
+  const planning::Problem problem =
+      scenario::MakeProblem(prepared.scenario, prepared.scenario.scene, overrides);
   const planning::PlanReport report = planning::PlanTask(problem, *prepared.task);
   if (report.best() != nullptr) prepared.plan = report.best()->plan;
   return prepared;
@@ -35,7 +36,8 @@ TEST(RunTest, OnePickAndPlaceReachesTheGoalBitForBitTheSame) {
   ASSERT_EQ(prepared.plan.actions.size(), 2u);
   RunOptions options;
   options.seed = 2;
-  const scene::Scene scene = scenario::PerturbScene(prepared.scenario.scene, prepared.scenario.perturb, options.seed);
+  const scene::Scene scene =
+      scenario::PerturbScene(prepared.scenario.scene, prepared.scenario.perturb, options.seed);
   const RunReport first = RunPlan(prepared.scenario, scene, *prepared.task, prepared.plan, options);
   EXPECT_EQ(first.status, RunStatus::kSuccess) << first.reason;
   const RunReport second = RunPlan(prepared.scenario, scene, *prepared.task, prepared.plan, options);

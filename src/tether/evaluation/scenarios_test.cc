@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/scenario/test_scenarios.h"
+#include "tether/evaluation/run.h"
 #include "tether/scenario/events.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
-#include "tether/evaluation/run.h"
-#include "testing/scenario/test_scenarios.h"
 
 namespace tether::evaluation {
 namespace {
@@ -30,8 +30,9 @@ Outcome PlanAndRun(const std::string& name, uint64_t seed, const std::string& ev
   options.seed = seed;
   options.events = scenario.events;
   if (!events.empty()) {
-    options.events = scenario::ReadEvents(std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name + "/" + events,
-                                {&scenario.scene, &scenario.actions});
+    options.events =
+        scenario::ReadEvents(std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name + "/" + events,
+                             {&scenario.scene, &scenario.actions});
   }
   outcome.run = RunPlan(scenario, scene, *task, outcome.planning.best()->plan, options);
   return outcome;

@@ -13,7 +13,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// A rigid transform X_AB: the pose of frame B in frame A, in SE(3). p_AQ = X_AB * p_BQ, X_AC = X_AB * X_BC.
 ///
 /// A pose is perturbed on the right, X ← X · Exp(δ), with δ = (translation, rotation) in B, metres and
-/// radians (DESIGN, section 3). "Derivative in the pose" always means the derivative in this δ, at δ = 0.
+/// radians (docs/architecture.md, "Conventions"). "Derivative in the pose" always means the derivative in
+/// this δ, at δ = 0.
 struct Pose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p = Eigen::Vector3d::Zero();

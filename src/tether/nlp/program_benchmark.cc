@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
-#include "tether/nlp/solver.h"
 #include "testing/nlp/test_programs.h"
+#include "tether/nlp/solver.h"
 #include "tether/nlp/vector_view.h"
 
 namespace tether::nlp {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/math/numeric_derivative.h"
 #include "testing/nlp/test_programs.h"
+#include "tether/math/numeric_derivative.h"
 #include "tether/nlp/vector_view.h"
 
 namespace tether::nlp {

@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 #include <Eigen/QR>
 
+#include "testing/nlp/test_programs.h"
 #include "tether/common/error.h"
 #include "tether/math/numeric_derivative.h"
-#include "testing/nlp/test_programs.h"
 
 namespace tether::nlp {
 namespace {

@@ -17,9 +17,9 @@ math::Pose ChartPose(const math::Pose& origin, const math::Vector6d& v);
 /// δ = (R(v)ᵀ dv_p, J_r(v_r) dv_r).
 math::Matrix6d ChartJacobian(const math::Pose& origin, const math::Vector6d& v);
 
-/// A program as functions of a plain vector, for backends that want one (DESIGN, section 3). Poses are
-/// charted around the point it is made with; vectors are themselves. Constraint rows: equalities first, then
-/// inequalities, each in the order of the program's terms.
+/// A program as functions of a plain vector, for backends that want one (docs/architecture.md,
+/// "Conventions"). Poses are charted around the point it is made with; vectors are themselves. Constraint
+/// rows: equalities first, then inequalities, each in the order of the program's terms.
 ///
 /// This is the workspace of one solve: not to be shared between threads. Values are computed once per point.
 class VectorView {

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/qp/test_problems.h"
 #include "tether/common/random.h"
 #include "tether/qp/kkt.h"
-#include "testing/qp/test_problems.h"
 
 namespace tether::qp {
 namespace {

@@ -9,11 +9,11 @@
 #include <Eigen/LU>
 
 #include "testing/common/heap_counter.h"
+#include "testing/qp/test_problems.h"
 #include "tether/common/random.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/hierarchy.h"
 #include "tether/qp/kkt.h"
-#include "testing/qp/test_problems.h"
 
 namespace tether::qp {
 namespace {

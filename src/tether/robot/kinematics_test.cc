@@ -11,11 +11,11 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "tether/common/error.h"
 #include "testing/common/heap_counter.h"
-#include "tether/common/random.h"
 #include "testing/common/scratch_folder.h"
 #include "tether/common/document/value.h"
+#include "tether/common/error.h"
+#include "tether/common/random.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/robot/model.h"
 #include "tether/robot/posture.h"

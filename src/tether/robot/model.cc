@@ -10,8 +10,8 @@
 #include <mujoco/mujoco.h>
 
 #include "tether/common/bounds.h"
-#include "tether/common/file.h"
 #include "tether/common/document/reader.h"
+#include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/robot/arm_reader.h"
 #include "tether/robot/model_impl.h"

@@ -14,11 +14,11 @@
 #include <mujoco/mujoco.h>
 #include <Eigen/Eigenvalues>
 
+#include "testing/common/scratch_folder.h"
+#include "tether/common/document/value.h"
 #include "tether/common/error.h"
 #include "tether/common/file.h"
 #include "tether/common/random.h"
-#include "testing/common/scratch_folder.h"
-#include "tether/common/document/value.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/polygon/support.h"
 

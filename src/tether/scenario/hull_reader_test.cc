@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
 #include "tether/common/document/value.h"
-#include "tether/scenario/scene_reader.h"
+#include "tether/common/file.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {
 namespace {

@@ -7,11 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
-#include "tether/common/document/value.h"
-#include "tether/scenario/problem.h"
 #include "testing/scenario/test_scenarios.h"
+#include "tether/common/document/value.h"
+#include "tether/common/file.h"
 #include "tether/math/pose.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

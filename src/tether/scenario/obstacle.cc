@@ -8,10 +8,10 @@
 #include "tether/common/random.h"
 #include "tether/control/arm_bodies.h"
 #include "tether/execution/sequencer/constraint_builder.h"
-#include "tether/scenario/problem.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tether/planning/check/checker.h"
 #include "tether/scenario/generators/generate.h"
 #include "tether/scenario/problem.h"
-#include "tether/planning/check/checker.h"
 
 namespace tether::scenario {
 namespace {

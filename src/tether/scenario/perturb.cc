@@ -6,8 +6,8 @@
 #include <set>
 
 #include "tether/common/random.h"
-#include "tether/scene/resting_contact.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::scenario {
 namespace {
@@ -75,7 +75,8 @@ class Perturber {
   }
 
   bool Fits(const scene::Object& object, const scene::Object* support, const math::Pose& X) const {
-    if (support != nullptr && !scene::FindResting(object, X, *support, after_or_before(support->name)).Holds(2e-3)) {
+    if (support != nullptr &&
+        !scene::FindResting(object, X, *support, after_or_before(support->name)).Holds(2e-3)) {
       return false;
     }
     for (const scene::Object& other : scene_.objects) {

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/scene/resting_contact.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::scenario {
 namespace {
@@ -52,7 +52,8 @@ TEST(PerturbTest, EverythingStaysOnWhatItStoodOn) {
         const scene::Object* was_on = scene::FindSupport(scenario.scene, before, object);
         ASSERT_NE(was_on, nullptr);
         const scene::Object& support = *scene.FindObject(was_on->name);
-        EXPECT_TRUE(scene::FindResting(object, after.at(object.name), support, after.at(support.name)).Holds(1e-6))
+        EXPECT_TRUE(
+            scene::FindResting(object, after.at(object.name), support, after.at(support.name)).Holds(1e-6))
             << name << " " << object.name << " seed " << seed;
         for (const scene::Object& other : scene.objects) {
           if (other.name == object.name) continue;

@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "tether/constraints/core/kind.h"
-#include "tether/scenario/problem.h"
-#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

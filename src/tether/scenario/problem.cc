@@ -4,12 +4,11 @@
 #include <thread>
 
 #include "tether/common/log.h"
-#include "apps/tether/automaton_command.h"
 #include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
-#include "tether/planning/program/effort.h"
 #include "tether/planning/check/region_check.h"
+#include "tether/planning/program/effort.h"
 #include "tether/robot/model.h"
 
 namespace tether::scenario {
@@ -63,7 +62,7 @@ std::optional<task::TemporalGoal> ChooseGoal(const Scenario& scenario, const Pla
     throw InputError("--semantics is of no use without a temporal goal", "--goal FORMULA");
   }
   task::TemporalGoal goal = *scenario.goal;
-  goal.semantics = app::ReadSemantics(overrides.semantics);
+  goal.semantics = ltl::ReadSemantics(overrides.semantics);
   goal.formula = ltl::ReadEnds(goal.formula, goal.semantics);
   ltl::RequireSemantics(goal.formula, goal.semantics, goal.where);
   return goal;
@@ -93,7 +92,7 @@ const std::vector<std::string>& SearchNames() {
 }
 
 task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::string& semantics) {
-  const ltl::Semantics read = app::ReadSemantics(semantics);
+  const ltl::Semantics read = ltl::ReadSemantics(semantics);
   task::TemporalGoal goal{ltl::ReadEnds(ltl::ParseFormula(formula), read), read, {}};
   for (const Diagnostic& warning : SemanticsWarnings(goal.formula, goal.semantics))
     LogWarning(warning.ToString());

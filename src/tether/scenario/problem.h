@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tether/common/limits.h"
-#include "tether/scenario/scenario.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/scenario/scenario.h"
 
 namespace tether::scenario {
 

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/scenario/problem.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

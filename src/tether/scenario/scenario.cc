@@ -10,14 +10,14 @@
 #include "tether/common/log.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/control/constraint_spec.h"
-#include "tether/scenario/problem.h"
-#include "tether/planning/modes/region_domain.h"
-#include "tether/scenario/scene_reader.h"
 #include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
-#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/ik/within_reach.h"
+#include "tether/planning/modes/region_domain.h"
+#include "tether/planning/skeleton/action_reader.h"
+#include "tether/scenario/problem.h"
+#include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {
 namespace {
@@ -255,7 +255,8 @@ class ScenarioParser {
   std::shared_ptr<const symbolic::Problem> ReadProblem(const std::string& domain,
                                                        const std::string& problem) const {
     if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
-    return symbolic::ParseProblem(bench::TextOf(problem), problem, symbolic::ParseDomain(bench::TextOf(domain), domain));
+    return symbolic::ParseProblem(bench::TextOf(problem), problem,
+                                  symbolic::ParseDomain(bench::TextOf(domain), domain));
   }
 
   /// Adds to the initial state what the arm reaches, for the predicates of `within_reach`.

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "tether/control/constraint_spec.h"
-#include "tether/scenario/events.h"
 #include "tether/planning/plan/problem.h"
 #include "tether/robot/model.h"
+#include "tether/scenario/events.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/pddl/pddl.h"
 #include "tether/task/goal/product.h"

@@ -5,10 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
-#include "tether/scenario/scene_reader.h"
 #include "testing/scenario/test_scenarios.h"
+#include "tether/common/file.h"
+#include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {
 namespace {

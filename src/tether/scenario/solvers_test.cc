@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/scenario/problem.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/planning/program/effort.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

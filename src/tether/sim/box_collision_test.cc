@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "tether/common/random.h"
 #include "testing/common/scratch_folder.h"
+#include "tether/common/random.h"
 
 namespace tether::sim {
 namespace {

@@ -7,12 +7,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/scratch_folder.h"
+#include "testing/sim/test_scenes.h"
+#include "tether/common/document/value.h"
 #include "tether/common/error.h"
 #include "tether/common/file.h"
-#include "testing/common/scratch_folder.h"
-#include "tether/common/document/value.h"
 #include "tether/geometry/hull/polytope.h"
-#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

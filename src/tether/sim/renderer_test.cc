@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
-#include "tether/common/error.h"
 #include "testing/common/scratch_folder.h"
 #include "testing/sim/test_scenes.h"
+#include "tether/common/error.h"
 
 namespace tether::sim {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/sim/test_scenes.h"
 #include "tether/common/error.h"
 #include "tether/robot/kinematics.h"
-#include "testing/sim/test_scenes.h"
 
 namespace tether::sim {
 namespace {

@@ -8,10 +8,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/sim/test_scenes.h"
 #include "tether/common/error.h"
 #include "tether/common/random.h"
 #include "tether/scene/friction.h"
-#include "testing/sim/test_scenes.h"
 
 namespace {
 bool counting = false;

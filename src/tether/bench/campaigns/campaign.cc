@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 
-#include "tether/common/error.h"
-#include "tether/common/limits.h"
 #include "tether/bench/campaigns/campaign_control.h"
 #include "tether/bench/campaigns/campaign_execution.h"
 #include "tether/bench/campaigns/campaign_scene.h"
-#include "apps/tether/plan_output.h"
+#include "tether/common/error.h"
+#include "tether/common/limits.h"
+#include "tether/common/output_header.h"
 #include "tether/common/record_file.h"
 #include "tether/robot/model.h"
 
@@ -97,7 +97,7 @@ std::string LabelOf(const Value& record) {
 }
 
 Value HeaderOf(const CampaignOptions& options) {
-  Value header = app::OutputHeader("tether.campaign_records/1", options.seed)
+  Value header = OutputHeader("tether.campaign_records/1", options.seed)
                      .Set("name", options.name)
                      .Set("restarts", options.restarts);
   if (options.name == "execution") header.Set("no_robot", options.no_robot);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 
+#include "tether/bench/process_time.h"
+#include "tether/common/text.h"
+#include "tether/evaluation/run.h"
 #include "tether/scenario/obstacle.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
-#include "tether/bench/process_time.h"
-#include "tether/evaluation/run.h"
-#include "apps/tether/terminal.h"
 
 namespace tether::bench {
 namespace {
@@ -20,8 +20,9 @@ Value WriteVector(const Eigen::Vector3d& v) {
 }
 
 int Count(const evaluation::RunReport& run, const char* kind) {
-  return static_cast<int>(std::count_if(run.events.begin(), run.events.end(),
-                                        [&](const evaluation::RunEvent& event) { return event.kind == kind; }));
+  return static_cast<int>(
+      std::count_if(run.events.begin(), run.events.end(),
+                    [&](const evaluation::RunEvent& event) { return event.kind == kind; }));
 }
 
 void WriteRun(const evaluation::RunReport& run, const std::string& obstacle, Value& record) {
@@ -64,8 +65,9 @@ std::optional<Value> MeasureControl(const CampaignScene& scene, const std::strin
   std::string name;
   if (scene.kind != "seeds") {
     const int actions = static_cast<int>(best->plan.actions.size());
-    const auto obstacle = scene.kind == "moved" ? scenario::DrawMovedObstacle(scenario, start, actions, scene.seed)
-                                                : scenario::DrawCrossingObstacle(scenario, start, actions, scene.seed);
+    const auto obstacle = scene.kind == "moved"
+                              ? scenario::DrawMovedObstacle(scenario, start, actions, scene.seed)
+                              : scenario::DrawCrossingObstacle(scenario, start, actions, scene.seed);
     if (!obstacle) {
       record.Set("status", "not_drawn");
       return record.Set("reason", "no place for an obstacle that leaves the task possible");
@@ -149,14 +151,14 @@ std::string ControlText(const Value& row) {
                      " with detours\n";
   if (const Value* nearest = row.Find("obstacle_margin_m")) {
     text += "  nearer to the obstacle than the safe distance: " + TextOf(row, "nearer_than_safe") +
-            " runs; least distance less the safe one " + app::Fixed(1e3 * nearest->number(), 2) + " mm\n";
+            " runs; least distance less the safe one " + Fixed(1e3 * nearest->number(), 2) + " mm\n";
   }
   text += "  least margins:\n";
   for (const Value& margin : row.Find("margins")->items()) {
     const double minimum = margin.Find("minimum")->number();
     const bool metres = TextOf(margin, "unit") == "m";
     text += "    " + TextOf(margin, "name") + ": " +
-            (metres ? app::Fixed(1e3 * minimum, 1) + " mm" : app::Fixed(minimum, 4) + " " + TextOf(margin, "unit")) +
+            (metres ? Fixed(1e3 * minimum, 1) + " mm" : Fixed(minimum, 4) + " " + TextOf(margin, "unit")) +
             ", seed " + TextOf(margin, "seed") + "\n";
   }
   for (const Value& failure : row.Find("failures")->items())

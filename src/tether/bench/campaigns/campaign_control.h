@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "tether/common/document/value.h"
 #include "tether/bench/campaigns/campaign_scene.h"
+#include "tether/common/document/value.h"
 
 namespace tether::bench {
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "tether/bench/process_time.h"
+#include "tether/common/text.h"
+#include "tether/evaluation/run.h"
+#include "tether/planning/check/checker.h"
 #include "tether/scenario/generators/generate.h"
 #include "tether/scenario/problem.h"
-#include "tether/bench/process_time.h"
-#include "tether/evaluation/run.h"
-#include "apps/tether/terminal.h"
-#include "tether/planning/check/checker.h"
 
 namespace tether::bench {
 namespace {
@@ -21,8 +21,8 @@ int PosesWithoutIkSolution(const planning::Plan& plan) {
 
 std::optional<Value> MeasureExecution(const CampaignScene& scene, bool no_robot,
                                       const std::atomic<bool>* stop) {
-  const scenario::Scenario scenario =
-      scenario::LoadGenerated(scenario::Generate(scene.kind, {scene.blocks > 0 ? scene.blocks : 3, 6, 2}, scene.seed));
+  const scenario::Scenario scenario = scenario::LoadGenerated(
+      scenario::Generate(scene.kind, {scene.blocks > 0 ? scene.blocks : 3, 6, 2}, scene.seed));
   const auto task = scenario::MakeTask(scenario);
   scenario::PlanningOverrides overrides;
   overrides.threads = 1;
@@ -90,12 +90,12 @@ Value SummarizeExecution(const std::vector<const Value*>& records) {
 std::string ExecutionText(const Value& row) {
   const double share = row.Find("reached_share")->number();
   std::string text = TextOf(row, "reached") + " of " + TextOf(row, "planned") +
-                     " that were planned reach the goal (" + app::Fixed(100 * share, 1) + " %), " +
+                     " that were planned reach the goal (" + Fixed(100 * share, 1) + " %), " +
                      TextOf(row, "scenes") + " scenes; " + TextOf(row, "with_retries") + " with retries, " +
                      TextOf(row, "not_witnessed") +
                      " with key poses that the arm can't take\n  planning, CPU time: median " +
-                     app::Fixed(1e3 * row.Find("plan_cpu_s")->Find("median")->number(), 1) + " ms, p99 " +
-                     app::Fixed(1e3 * row.Find("plan_cpu_s")->Find("p99")->number(), 1) + " ms\n";
+                     Fixed(1e3 * row.Find("plan_cpu_s")->Find("median")->number(), 1) + " ms, p99 " +
+                     Fixed(1e3 * row.Find("plan_cpu_s")->Find("p99")->number(), 1) + " ms\n";
   for (const Value& failure : row.Find("failures")->items())
     text += "  seed " + TextOf(failure, "seed") +
             (failure.Find("planned")->boolean() ? ": " : ", not planned: ") + TextOf(failure, "reason") +

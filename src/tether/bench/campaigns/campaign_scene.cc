@@ -7,14 +7,14 @@
 #include <numbers>
 #include <vector>
 
-#include "tether/common/random.h"
-#include "tether/scene/resting_contact.h"
-#include "tether/scenario/generators/generate.h"
-#include "tether/scenario/problem.h"
 #include "tether/bench/process_time.h"
+#include "tether/common/random.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/planning/plan/candidate.h"
 #include "tether/planning/program/program_builder.h"
+#include "tether/scenario/generators/generate.h"
+#include "tether/scenario/problem.h"
+#include "tether/scene/resting_contact.h"
 
 namespace tether::bench {
 namespace {

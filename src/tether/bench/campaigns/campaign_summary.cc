@@ -3,12 +3,12 @@
 #include <limits>
 #include <map>
 
-#include "tether/common/text.h"
 #include "tether/bench/campaigns/campaign.h"
 #include "tether/bench/campaigns/campaign_control.h"
 #include "tether/bench/campaigns/campaign_execution.h"
-#include "apps/tether/plan_output.h"
 #include "tether/bench/process_time.h"
+#include "tether/common/output_header.h"
+#include "tether/common/text.h"
 
 namespace tether::bench {
 namespace {
@@ -27,7 +27,7 @@ std::string Text(const Value& record, const char* key) {
 
 bool Solved(const Value& record) { return Text(record, "status") == "solved"; }
 
-std::string Percent(double share) { return app::Fixed(100 * share, 1) + " %"; }
+std::string Percent(double share) { return Fixed(100 * share, 1) + " %"; }
 
 double Share(int part, int whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -187,8 +187,8 @@ Value SummarizeGrowth(const std::vector<const Value*>& records) {
 }
 
 std::string TimesText(const Value& times) {
-  return "median " + app::Fixed(1e3 * Number(times, "median"), 1) + " ms, p99 " +
-         app::Fixed(1e3 * Number(times, "p99"), 1) + " ms (" + app::Fixed(Number(times, "p99_over_median"), 1) +
+  return "median " + Fixed(1e3 * Number(times, "median"), 1) + " ms, p99 " +
+         Fixed(1e3 * Number(times, "p99"), 1) + " ms (" + Fixed(Number(times, "p99_over_median"), 1) +
          " times)";
 }
 
@@ -229,8 +229,8 @@ std::string QualityText(const Value& row) {
     text += "  " + SceneText(scene) +
             (cost == nullptr
                  ? Text(scene, "status")
-                 : "cost " + app::Fixed(cost->number(), 4) + ", " + Percent(Number(scene, "excess")) + " more") +
-            "; the best restart's is " + app::Fixed(Number(scene, "restart_cost"), 4) + "\n";
+                 : "cost " + Fixed(cost->number(), 4) + ", " + Percent(Number(scene, "excess")) + " more") +
+            "; the best restart's is " + Fixed(Number(scene, "restart_cost"), 4) + "\n";
   }
   return text;
 }
@@ -238,8 +238,8 @@ std::string QualityText(const Value& row) {
 std::string WarmText(const Value& row) {
   return Text(row, "compared") + " of " + Text(row, "scenes") +
          " scenes solved both ways; time warm over cold: median " +
-         app::Fixed(Number(row, "warm_over_cold_median"), 2) + ", p99 " +
-         app::Fixed(Number(row, "warm_over_cold_p99"), 2) + "\n  same cost within 1 %: " + Text(row, "same_cost") +
+         Fixed(Number(row, "warm_over_cold_median"), 2) + ", p99 " +
+         Fixed(Number(row, "warm_over_cold_p99"), 2) + "\n  same cost within 1 %: " + Text(row, "same_cost") +
          " (" + Percent(Number(row, "same_cost_share")) +
          "); feasible only cold: " + Text(row, "only_cold_feasible") +
          ", only warm: " + Text(row, "only_warm_feasible") + ", neither: " + Text(row, "neither_feasible") +
@@ -259,8 +259,8 @@ std::string GrowthText(const Value& row) {
                1e3 * Number(size, "one_solve_cpu_s"), 1e6 * Number(size, "one_solve_per_step_and_object_s"));
     text += line;
   }
-  return text + "  largest over smallest per step, object and candidate: " + app::Fixed(Number(row, "factor"), 2) +
-         "; of one solve: " + app::Fixed(Number(row, "one_solve_factor"), 2) + "\n";
+  return text + "  largest over smallest per step, object and candidate: " + Fixed(Number(row, "factor"), 2) +
+         "; of one solve: " + Fixed(Number(row, "one_solve_factor"), 2) + "\n";
 }
 
 }  // namespace
@@ -287,7 +287,7 @@ Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& re
     for (const Value::Member& member : summary.members()) row.Set(member.key, member.value);
     rows.Append(row);
   }
-  return app::OutputHeader("tether.campaign/1", options.seed)
+  return OutputHeader("tether.campaign/1", options.seed)
       .Set("name", options.name)
       .Set("restarts", options.restarts)
       .Set("interrupted", result.interrupted)

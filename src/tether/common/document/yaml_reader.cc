@@ -5,9 +5,9 @@
 #include <yaml-cpp/mark.h>
 #include <yaml-cpp/parser.h>
 
-#include "tether/common/file.h"
 #include "tether/common/document/utf8.h"
 #include "tether/common/document/value_builder.h"
+#include "tether/common/file.h"
 
 namespace tether {
 namespace {

@@ -15,7 +15,8 @@ namespace tether::constraints {
 
 /// A vector-valued function of the arm's joint positions q and of the poses of a few frames, all given in one
 /// common frame; the first is the robot's base B. It never changes when all poses are moved together. What a
-/// PoseFunction is for objects, for configurations that witness key poses (DESIGN, section 3).
+/// PoseFunction is for objects, for configurations that witness key poses (docs/architecture.md,
+/// "Conventions").
 class ArmFunction {
  public:
   virtual ~ArmFunction() = default;

@@ -5,13 +5,13 @@
 #include <numbers>
 
 #include "tether/common/text.h"
-#include "tether/constraints/grasps/grasp.h"
 #include "tether/constraints/core/half_space_rows.h"
-#include "tether/constraints/kinds/kinds.h"
+#include "tether/constraints/core/words.h"
+#include "tether/constraints/grasps/grasp.h"
 #include "tether/constraints/grasps/opposite_sides.h"
 #include "tether/constraints/grasps/part_grasps.h"
 #include "tether/constraints/grasps/surface.h"
-#include "tether/constraints/core/words.h"
+#include "tether/constraints/kinds/kinds.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/random.h"
-#include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/distance/query.h"
+#include "tether/geometry/hull/polytope.h"
 #include "tether/math/pose.h"
 
 namespace tether::constraints {

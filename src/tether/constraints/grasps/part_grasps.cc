@@ -5,8 +5,8 @@
 
 #include "tether/common/text.h"
 #include "tether/constraints/grasps/opposite_sides.h"
-#include "tether/geometry/polygon/polygon.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/geometry/polygon/polygon.h"
 #include "tether/scene/friction.h"
 
 namespace tether::constraints {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/geometry/input_tolerance.h"
 
 namespace tether::constraints {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "tether/geometry/shape.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/geometry/shape.h"
 
 namespace tether::constraints {
 

@@ -2,13 +2,13 @@
 #include <cmath>
 
 #include "tether/common/overloaded.h"
-#include "tether/constraints/grasps/grasp.h"
 #include "tether/constraints/core/half_space_rows.h"
-#include "tether/constraints/kinds/kinds.h"
 #include "tether/constraints/core/words.h"
+#include "tether/constraints/grasps/grasp.h"
+#include "tether/constraints/kinds/kinds.h"
 #include "tether/geometry/distance/bounds.h"
-#include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/distance/query.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::constraints {
 namespace {

@@ -4,11 +4,11 @@
 #include <numbers>
 
 #include "tether/constraints/core/half_space_rows.h"
-#include "tether/constraints/kinds/kinds.h"
-#include "tether/constraints/kinds/placement.h"
+#include "tether/constraints/core/words.h"
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/grasps/upper_face.h"
-#include "tether/constraints/core/words.h"
+#include "tether/constraints/kinds/kinds.h"
+#include "tether/constraints/kinds/placement.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/polygon/support.h"

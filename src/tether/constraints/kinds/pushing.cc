@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tether/constraints/grasps/contact.h"
 #include "tether/constraints/core/half_space_rows.h"
-#include "tether/constraints/kinds/kinds.h"
+#include "tether/constraints/core/words.h"
+#include "tether/constraints/grasps/contact.h"
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/grasps/upper_face.h"
-#include "tether/constraints/core/words.h"
+#include "tether/constraints/kinds/kinds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/scene/friction.h"
 

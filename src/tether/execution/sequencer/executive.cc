@@ -7,8 +7,8 @@
 
 #include "tether/common/error.h"
 #include "tether/common/text.h"
-#include "tether/execution/sequencer/executive_impl.h"
 #include "tether/execution/observer/grasp_width.h"
+#include "tether/execution/sequencer/executive_impl.h"
 
 namespace tether::execution {
 namespace {

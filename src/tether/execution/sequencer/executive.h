@@ -7,9 +7,9 @@
 
 #include "tether/control/operational_space.h"
 #include "tether/execution/observer/contact_detector.h"
-#include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/transit.h"
+#include "tether/execution/sequencer/plan_runner.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/robot/interface.h"
 #include "tether/robot/model.h"

@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
-#include "tether/execution/sequencer/executive.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/reference/posture_search.h"
+#include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/resolved_plan.h"
 
 namespace tether::execution {

@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/error.h"
 #include "testing/common/heap_counter.h"
-#include "tether/execution/sequencer/resolved_plan.h"
 #include "testing/execution/test_plans.h"
+#include "tether/common/error.h"
+#include "tether/execution/sequencer/resolved_plan.h"
 
 namespace tether::execution {
 namespace {

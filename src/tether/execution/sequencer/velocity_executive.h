@@ -35,8 +35,8 @@ struct VelocityExecutiveOptions {
   double stall_time = 2.0;      ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;     ///< s
   int max_retries = 2;          ///< Per action.
-  Alternative alternative;           ///< Asked when an action can't be done; none: the run fails then.
-  int max_alternatives = 4;       ///< So often, per run.
+  Alternative alternative;      ///< Asked when an action can't be done; none: the run fails then.
+  int max_alternatives = 4;     ///< So often, per run.
   /// Throws InputError naming every field that is not finite or not positive.
   void Validate() const;
 };

@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/error.h"
 #include "testing/common/heap_count.h"
+#include "tether/common/error.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/planning/skeleton/action_reader.h"
 #include "tether/robot/kinematics.h"
@@ -258,7 +258,7 @@ TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
   std::vector<std::string> done_before;
   std::string blocked_action;
   fake.options.alternative = [&](const std::vector<std::string>& done, const std::string& blocked,
-                               std::string&) -> std::optional<std::vector<std::string>> {
+                                 std::string&) -> std::optional<std::vector<std::string>> {
     done_before = done;
     blocked_action = blocked;
     return std::vector<std::string>{"hold(block,square)", "place(block,square)", "move(hub)"};
@@ -279,7 +279,7 @@ TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
   Fake fake;
   BlockRight(fake);
   fake.options.alternative = [](const auto&, const std::string&,
-                              std::string& reason) -> std::optional<std::vector<std::string>> {
+                                std::string& reason) -> std::optional<std::vector<std::string>> {
     reason = "no other actions lead to the goal";
     return std::nullopt;
   };

@@ -3,8 +3,8 @@
 #include <numbers>
 #include <string>
 
-#include "tether/execution/sequencer/executive_impl.h"
 #include "tether/execution/observer/grasp_width.h"
+#include "tether/execution/sequencer/executive_impl.h"
 
 namespace tether::execution {
 namespace {

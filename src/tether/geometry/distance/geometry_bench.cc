@@ -9,8 +9,8 @@
 
 #include "tether/common/random.h"
 #include "tether/geometry/distance/distance.h"
-#include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/distance/reference.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {
 namespace {

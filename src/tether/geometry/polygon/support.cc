@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/distance/core.h"
-#include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/geometry/input_tolerance.h"
 
 namespace tether::geometry {
 namespace {

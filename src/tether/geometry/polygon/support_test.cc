@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 
 #include "tether/common/random.h"
-#include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/distance/reference.h"
+#include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <benchmark/benchmark.h>
 
+#include "testing/ltl/random_formula.h"
 #include "tether/common/random.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/automaton/lazy_automaton.h"
 #include "tether/ltl/formula/parser.h"
-#include "testing/ltl/random_formula.h"
 
 namespace tether::ltl {
 namespace {

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/ltl/random_formula.h"
 #include "tether/ltl/formula/evaluate.h"
 #include "tether/ltl/formula/parser.h"
-#include "testing/ltl/random_formula.h"
 
 namespace tether::ltl {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "tether/ltl/formula/core.h"
 #include "tether/ltl/automaton/diagram.h"
+#include "tether/ltl/formula/core.h"
 #include "tether/ltl/formula/progression.h"
 
 namespace tether::ltl {

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "tether/ltl/formula/formula.h"
 #include "tether/ltl/automaton/triple_map.h"
+#include "tether/ltl/formula/formula.h"
 
 namespace tether::ltl {
 

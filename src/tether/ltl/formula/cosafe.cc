@@ -161,4 +161,11 @@ std::vector<Diagnostic> SemanticsWarnings(const Formula& formula, Semantics sema
   return warnings;
 }
 
+Semantics ReadSemantics(const std::string& name) {
+  for (Semantics semantics : {Semantics::kCosafe, Semantics::kLtlf}) {
+    if (name == ToString(semantics)) return semantics;
+  }
+  throw InputError("--semantics: unknown '" + name + "'", SuggestFrom(name, {"cosafe", "ltlf"}));
+}
+
 }  // namespace tether::ltl

@@ -28,4 +28,7 @@ void RequireSemantics(const Formula& formula, Semantics semantics, const Locatio
 std::vector<Diagnostic> SemanticsWarnings(const Formula& formula, Semantics semantics,
                                           const Location& where = {});
 
+/// "cosafe" or "ltlf"; throws InputError for anything else.
+Semantics ReadSemantics(const std::string& name);
+
 }  // namespace tether::ltl

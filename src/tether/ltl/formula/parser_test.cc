@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/ltl/random_formula.h"
 #include "tether/common/random.h"
 #include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/evaluate.h"
-#include "testing/ltl/random_formula.h"
 
 namespace tether::ltl {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/nlp/test_programs.h"
 #include "tether/nlp/native/elastic_qp.h"
 #include "tether/nlp/native/manifold_view.h"
 #include "tether/nlp/solver.h"
-#include "testing/nlp/test_programs.h"
 
 /// What the parts of a step of the native solver are for: the careful subproblem, the bound on turns, the
 /// second-order correction, cuts that move along and are dropped in time.

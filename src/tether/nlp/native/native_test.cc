@@ -5,11 +5,11 @@
 #include <Eigen/Cholesky>
 
 #include "testing/common/heap_counter.h"
+#include "testing/nlp/test_programs.h"
 #include "tether/nlp/native/block_cholesky.h"
 #include "tether/nlp/native/elastic_qp.h"
 #include "tether/nlp/native/manifold_view.h"
 #include "tether/nlp/solver.h"
-#include "testing/nlp/test_programs.h"
 
 namespace tether::nlp {
 namespace {

@@ -12,9 +12,9 @@
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/planning/check/arm_checker.h"
-#include "tether/planning/program/clearances.h"
-#include "tether/planning/modes/hand_path.h"
 #include "tether/planning/check/region_check.h"
+#include "tether/planning/modes/hand_path.h"
+#include "tether/planning/program/clearances.h"
 
 namespace tether::planning {
 namespace {

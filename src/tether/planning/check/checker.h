@@ -5,8 +5,8 @@
 
 #include "tether/planning/plan/plan.h"
 #include "tether/planning/plan/problem.h"
-#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/planning/program/step_context.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 

@@ -129,7 +129,7 @@ bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actio
 }
 
 Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
-                     const Limits& limits) {
+                         const Limits& limits) {
   const Problem& problem = facts.problem();
   const double begin = limits.Elapsed();
   Verdict verdict;

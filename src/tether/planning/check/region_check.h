@@ -19,6 +19,6 @@ bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actio
 ///
 /// An action that fails does so wherever it stands: Verdict::failing_anywhere.
 Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
-                     const Limits& limits);
+                         const Limits& limits);
 
 }  // namespace tether::planning

@@ -32,16 +32,16 @@ constexpr double kFinest = 0.1;
 
 /// A straight motion of the hand away from its key pose, and what hangs on it meanwhile.
 struct Stretch {
-  Pose X_WFar;   ///< The hand at its other end.
-  bool before;   ///< It leads to the key pose.
-  bool carries;  ///< What the hand holds moves with it.
-  ApproachEnd end;    ///< The same end, as seen from the key pose.
+  Pose X_WFar;      ///< The hand at its other end.
+  bool before;      ///< It leads to the key pose.
+  bool carries;     ///< What the hand holds moves with it.
+  ApproachEnd end;  ///< The same end, as seen from the key pose.
 };
 
 class ApproachChecker {
  public:
   ApproachChecker(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-             const std::vector<Pose>& poses, int step, IkSearch& search)
+                  const std::vector<Pose>& poses, int step, IkSearch& search)
       : facts_(facts),
         schema_(steps[static_cast<size_t>(step)].schema),
         tree_(tree),
@@ -283,8 +283,9 @@ class ApproachChecker {
 
 }  // namespace
 
-std::string CheckApproaches(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-                    const std::vector<Pose>& poses, int step, IkSearch& search, IkSolution& ik_solution) {
+std::string CheckApproaches(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                            const FrameTree& tree, const std::vector<Pose>& poses, int step, IkSearch& search,
+                            IkSolution& ik_solution) {
   const std::string problem =
       ApproachChecker(facts, steps, tree, poses, step, search).Run(ik_solution.posture, ik_solution.blocked);
   ik_solution.q = ik_solution.posture.q;

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/planning/ik/ik_search.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 
@@ -16,7 +16,8 @@ namespace tether::planning {
 ///
 /// Where they are not free from the witness, but are with the elbow elsewhere, the witness becomes that.
 /// `search` is that of the skeleton; `witness` is that of the step, and was found.
-std::string CheckApproaches(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
-                    const std::vector<math::Pose>& poses, int step, IkSearch& search, IkSolution& ik_solution);
+std::string CheckApproaches(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                            const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
+                            IkSearch& search, IkSolution& ik_solution);
 
 }  // namespace tether::planning

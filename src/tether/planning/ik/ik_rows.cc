@@ -7,8 +7,8 @@
 
 #include "tether/constraints/core/arm_function.h"
 #include "tether/geometry/distance/bounds.h"
-#include "tether/planning/program/chain_residual.h"
 #include "tether/planning/ik/approach_check.h"
+#include "tether/planning/program/chain_residual.h"
 
 namespace tether::planning {
 namespace {
@@ -180,7 +180,7 @@ class RowWriter {
 bool NeedsIkSolutions(const Problem& problem) { return problem.robot.model != nullptr; }
 
 void FindIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
-                   KeyPoseProgram& key_poses) {
+                     KeyPoseProgram& key_poses) {
   if (!NeedsIkSolutions(facts.problem())) return;
   IkSearch search(facts, key_poses.tree);
   for (const JointBlock& joints : key_poses.joints) {
@@ -189,7 +189,8 @@ void FindIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& step
   }
   std::vector<IkSolution>& ik_solutions = key_poses.ik_solutions;
   ik_solutions = search.Find(key_poses.tree, x.poses);
-  if (!std::all_of(ik_solutions.begin(), ik_solutions.end(), [](const IkSolution& ik_solution) { return ik_solution.found; }))
+  if (!std::all_of(ik_solutions.begin(), ik_solutions.end(),
+                   [](const IkSolution& ik_solution) { return ik_solution.found; }))
     return;
   for (size_t t = 0; t < ik_solutions.size(); ++t) {
     ik_solutions[t].problem =
@@ -198,7 +199,7 @@ void FindIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& step
 }
 
 bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
-                         KeyPoseProgram& key_poses) {
+                           KeyPoseProgram& key_poses) {
   if (!NeedsIkSolutions(facts.problem())) return false;
   FindIkSolutions(facts, steps, x, key_poses);
   if (AllHaveIkSolutions(facts, key_poses)) return false;
@@ -253,8 +254,9 @@ bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>
 bool AllHaveIkSolutions(const SceneFacts& facts, const KeyPoseProgram& key_poses) {
   if (!NeedsIkSolutions(facts.problem())) return true;
   return static_cast<int>(key_poses.ik_solutions.size()) == key_poses.tree.num_steps() &&
-         std::all_of(key_poses.ik_solutions.begin(), key_poses.ik_solutions.end(),
-                     [](const IkSolution& ik_solution) { return ik_solution.found && ik_solution.problem.empty(); });
+         std::all_of(
+             key_poses.ik_solutions.begin(), key_poses.ik_solutions.end(),
+             [](const IkSolution& ik_solution) { return ik_solution.found && ik_solution.problem.empty(); });
 }
 
 }  // namespace tether::planning

@@ -6,14 +6,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/file.h"
 #include "testing/common/scratch_folder.h"
-#include "tether/common/document/value.h"
-#include "tether/geometry/distance/distance.h"
-#include "tether/planning/plan/candidate.h"
-#include "tether/planning/check/checker.h"
 #include "testing/planning/test_scene.h"
+#include "tether/common/document/value.h"
+#include "tether/common/file.h"
+#include "tether/geometry/distance/distance.h"
+#include "tether/planning/check/checker.h"
 #include "tether/planning/ik/ik_rows.h"
+#include "tether/planning/plan/candidate.h"
 
 namespace tether::planning {
 namespace {

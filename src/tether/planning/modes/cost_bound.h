@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/planning/program/step_context.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 

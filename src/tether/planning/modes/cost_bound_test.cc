@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/planning/test_scene.h"
 #include "tether/common/random.h"
 #include "tether/planning/plan/problem.h"
-#include "testing/planning/test_scene.h"
 #include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::planning {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/planning/program/step_context.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 

@@ -39,17 +39,18 @@ std::vector<Variant> Neighbours(const ModeAssignment& way) {
 
 }  // namespace
 
-ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses) {
+ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant,
+                                      const KeyPoseProgram& key_poses) {
   ModeAssignment way{variant,
-          key_poses.choices,
-          0,
-          false,
-          key_poses.refutations,
-          key_poses.refuted_action,
-          key_poses.refuted_reason,
-          key_poses.refuted_proved,
-          key_poses.refuted_anywhere,
-          key_poses.constant_proof};
+                     key_poses.choices,
+                     0,
+                     false,
+                     key_poses.refutations,
+                     key_poses.refuted_action,
+                     key_poses.refuted_reason,
+                     key_poses.refuted_proved,
+                     key_poses.refuted_anywhere,
+                     key_poses.constant_proof};
   if (!way.refutations.empty()) return way;
   const Problem& problem = facts.problem();
   std::vector<math::Pose> X_WHand;
@@ -74,7 +75,7 @@ Variant FirstChoices(const ModeAssignment& way, size_t actions) {
 }
 
 ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most,
-              const Limits& limits) {
+                                    const Limits& limits) {
   ModeAssignments ways;
   std::vector<ModeAssignment> met;
   std::set<Variant> seen;
@@ -85,7 +86,8 @@ ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<B
     ModeAssignment way = DescribeModeAssignment(facts, variant, guessed);
     (way.refutations.empty() ? ways.open : ways.refuted).push_back(way);
     // Of refuted ways, those with fewer changes come first.
-    const double rank = way.refutations.empty() ? way.predicted_cost : 1e6 + static_cast<double>(variant.size());
+    const double rank =
+        way.refutations.empty() ? way.predicted_cost : 1e6 + static_cast<double>(variant.size());
     frontier.emplace(rank, met.size());
     met.push_back(std::move(way));
   };
@@ -98,13 +100,14 @@ ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<B
     }
   }
   ways.exhausted = frontier.empty();
-  std::stable_sort(ways.open.begin(), ways.open.end(),
-                   [](const ModeAssignment& a, const ModeAssignment& b) { return a.predicted_cost < b.predicted_cost; });
+  std::stable_sort(ways.open.begin(), ways.open.end(), [](const ModeAssignment& a, const ModeAssignment& b) {
+    return a.predicted_cost < b.predicted_cost;
+  });
   return ways;
 }
 
-std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std::vector<BoundStep>& steps, const ModeAssignment& way,
-                            const Limits& limits) {
+std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                                             const ModeAssignment& way, const Limits& limits) {
   std::vector<ModeAssignment> alternatives;
   for (const ChoicePoint& choice : way.choices) {
     const double score = choice.options[static_cast<size_t>(choice.chosen)].score;
@@ -113,13 +116,16 @@ std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std:
       if (option == choice.chosen || worse > kAlternativeScore || limits.Over()) continue;
       Variant variant = way.variant;
       variant[choice.key] = option;
-      ModeAssignment alternative = DescribeModeAssignment(facts, variant, BuildProgram(facts, steps, variant, {.guess_only = true}));
-      if (alternative.refutations.empty() && alternative.predicted_cost <= kAlternativeCost * way.predicted_cost)
+      ModeAssignment alternative =
+          DescribeModeAssignment(facts, variant, BuildProgram(facts, steps, variant, {.guess_only = true}));
+      if (alternative.refutations.empty() &&
+          alternative.predicted_cost <= kAlternativeCost * way.predicted_cost)
         alternatives.push_back(std::move(alternative));
     }
   }
-  std::stable_sort(alternatives.begin(), alternatives.end(),
-                   [](const ModeAssignment& a, const ModeAssignment& b) { return a.predicted_cost < b.predicted_cost; });
+  std::stable_sort(
+      alternatives.begin(), alternatives.end(),
+      [](const ModeAssignment& a, const ModeAssignment& b) { return a.predicted_cost < b.predicted_cost; });
   return alternatives;
 }
 

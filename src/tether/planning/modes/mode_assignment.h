@@ -23,7 +23,8 @@ struct ModeAssignment {
 };
 
 /// What the guess of a program says of the way that it was built in.
-ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant, const KeyPoseProgram& key_poses);
+ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant,
+                                      const KeyPoseProgram& key_poses);
 
 /// The part of the way that the first `actions` actions see.
 Variant FirstChoices(const ModeAssignment& way, size_t actions);
@@ -32,18 +33,18 @@ Variant FirstChoices(const ModeAssignment& way, size_t actions);
 struct ModeAssignments {
   std::vector<ModeAssignment> open;     ///< Not refuted, the most promising first.
   std::vector<ModeAssignment> refuted;  ///< In the order in which they were met.
-  bool exhausted = false;    ///< There are no others.
+  bool exhausted = false;               ///< There are no others.
 };
 
 /// Searches among the ways, best first: from one way to those that differ from it in one choice, later
 /// choices being made anew from there. Looks at about `most` ways, and at no more once a limit is reached.
 /// Ends at once if a way is refuted whatever the choices (refuted_action).
 ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most,
-              const Limits& limits);
+                                    const Limits& limits);
 
 /// The ways that differ from `way` in one choice and promise about as much, the most promising first. Looks
 /// at those options only whose score says that they might.
-std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std::vector<BoundStep>& steps, const ModeAssignment& way,
-                            const Limits& limits);
+std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std::vector<BoundStep>& steps,
+                                             const ModeAssignment& way, const Limits& limits);
 
 }  // namespace tether::planning

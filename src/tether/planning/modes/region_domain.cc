@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "tether/scene/resting_contact.h"
-#include "apps/tether/terminal.h"
+#include "tether/common/text.h"
 #include "tether/scene/region.h"
+#include "tether/scene/resting_contact.h"
 #include "tether/symbolic/pddl/expression.h"
 
 namespace tether::planning {
@@ -17,7 +17,11 @@ class LayoutFinder {
  public:
   LayoutFinder(const scene::Scene& scene, const std::map<std::string, Location>& where, const Location& task,
                Diagnostics& diagnostics)
-      : scene_(scene), where_(where), task_(task), diagnostics_(diagnostics), X_WO_(scene::InitialPoses(scene)) {}
+      : scene_(scene),
+        where_(where),
+        task_(task),
+        diagnostics_(diagnostics),
+        X_WO_(scene::InitialPoses(scene)) {}
 
   RegionLayout Find() {
     for (const scene::Region& region : scene_.regions) {
@@ -130,9 +134,9 @@ class LayoutFinder {
       nearest = ": ";
       if (!(fit.outside <= scene::RegionFit::kOutlineTolerance)) {
         nearest +=
-            "its footprint reaches " + app::Fixed(1e3 * fit.outside, 1) + " mm beyond '" + region.name + "'";
+            "its footprint reaches " + Fixed(1e3 * fit.outside, 1) + " mm beyond '" + region.name + "'";
       } else {
-        nearest += "it is " + app::Fixed(1e3 * fit.height, 1) + " mm above or below '" + region.name + "'";
+        nearest += "it is " + Fixed(1e3 * fit.height, 1) + " mm above or below '" + region.name + "'";
       }
     }
     return nearest;

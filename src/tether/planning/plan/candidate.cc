@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "tether/common/log.h"
-#include "tether/planning/program/effort.h"
-#include "tether/planning/modes/hand_bounds.h"
-#include "tether/planning/modes/packing.h"
-#include "tether/planning/modes/mode_assignment.h"
 #include "tether/planning/ik/ik_rows.h"
+#include "tether/planning/modes/hand_bounds.h"
+#include "tether/planning/modes/mode_assignment.h"
+#include "tether/planning/modes/packing.h"
+#include "tether/planning/program/effort.h"
 
 namespace tether::planning {
 namespace {

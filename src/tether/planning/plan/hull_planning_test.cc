@@ -6,12 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/planning/test_scene.h"
 #include "tether/common/random.h"
 #include "tether/geometry/hull/polytope.h"
-#include "tether/planning/plan/candidate.h"
 #include "tether/planning/check/checker.h"
+#include "tether/planning/plan/candidate.h"
 #include "tether/planning/program/program_builder.h"
-#include "testing/planning/test_scene.h"
 
 namespace tether::planning {
 namespace {

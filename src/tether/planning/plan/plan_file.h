@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tether/common/document/value.h"
-#include "tether/planning/skeleton/action.h"
 #include "tether/planning/plan/plan.h"
+#include "tether/planning/skeleton/action.h"
 #include "tether/scene/scene.h"
 
 namespace tether::planning {

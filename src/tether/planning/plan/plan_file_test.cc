@@ -190,7 +190,8 @@ TEST(PlanFileTest, KeyPosesAreThoseOfTheActions) {
               HasSubstr("the plan has 1 key poses (its actions ask for 2)"));
   EXPECT_THAT(
       ErrorAfter([](Plan& plan) { plan.actions[0] = "pik(hook)"; }),
-      HasSubstr("unknown action 'pik' in the plan (did you mean 'pick'? accepted: pick, place, push or press)"));
+      HasSubstr(
+          "unknown action 'pik' in the plan (did you mean 'pick'? accepted: pick, place, push or press)"));
   EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.actions[0] = "pick(hok)"; }),
               HasSubstr("unknown frame 'hok' in the plan's actions (did you mean 'hook'?"));
   EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.actions[0] = "pick(hook,table)"; }),

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "tether/common/text.h"
-#include "tether/planning/skeleton/action_reader.h"
-#include "tether/planning/plan/candidate.h"
-#include "tether/planning/modes/cost_bound.h"
-#include "tether/planning/plan/impossibility.h"
 #include "tether/planning/check/region_check.h"
+#include "tether/planning/modes/cost_bound.h"
+#include "tether/planning/plan/candidate.h"
+#include "tether/planning/plan/impossibility.h"
+#include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/skeleton/skeleton_source.h"
 #include "tether/planning/skeleton/subsequences.h"
 
@@ -117,7 +117,7 @@ class Planner {
     const LimitsScope scope(limits_);
     try {
       return HasRegionStep(problem_, names) ? CheckRegionSteps(facts_, names, index, limits_)
-                                        : OptimizeCandidate(facts_, names, index, limits_);
+                                            : OptimizeCandidate(facts_, names, index, limits_);
     } catch (const LimitReached& reached) {
       Verdict verdict;
       verdict.report.plan.actions = names;

@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/planning/test_scene.h"
 #include "tether/common/random.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
-#include "testing/planning/test_scene.h"
 #include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::planning {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tether/nlp/solver.h"
-#include "tether/planning/skeleton/action.h"
 #include "tether/planning/plan/report.h"
+#include "tether/planning/skeleton/action.h"
 #include "tether/robot/model.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/grounding/task.h"

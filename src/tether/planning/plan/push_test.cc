@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/planning/test_scene.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
-#include "testing/planning/test_scene.h"
 #include "tether/symbolic/pddl/pddl.h"
 
 /// How far beside the normal a push may go: half the friction angle (ERRATA A13) for the checker, half of

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "testing/common/heap_counter.h"
-#include "tether/nlp/solver.h"
-#include "tether/planning/skeleton/action_reader.h"
-#include "tether/planning/program/program_builder.h"
 #include "testing/planning/test_scene.h"
+#include "tether/nlp/solver.h"
+#include "tether/planning/program/program_builder.h"
+#include "tether/planning/skeleton/action_reader.h"
 
 #ifdef TETHER_COUNTS_ALLOCATIONS
 namespace tether::planning {

@@ -5,8 +5,8 @@
 
 #include "tether/geometry/distance/bounds.h"
 #include "tether/planning/program/frame_tree.h"
-#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/planning/program/step_context.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 

@@ -10,10 +10,10 @@
 
 #include "tether/common/random.h"
 #include "tether/nlp/program.h"
-#include "tether/planning/program/clearances.h"
-#include "tether/planning/skeleton/skeleton_binding.h"
-#include "tether/planning/program/step_context.h"
 #include "tether/planning/ik/ik_search.h"
+#include "tether/planning/program/clearances.h"
+#include "tether/planning/program/step_context.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {
 

@@ -5,10 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/planning/skeleton/action_reader.h"
-#include "tether/planning/check/checker.h"
 #include "testing/planning/test_scene.h"
+#include "tether/planning/check/checker.h"
 #include "tether/planning/modes/mode_assignment.h"
+#include "tether/planning/skeleton/action_reader.h"
 
 namespace tether::planning {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tether/constraints/core/context.h"
-#include "tether/planning/program/frame_tree.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/planning/program/frame_tree.h"
 #include "tether/planning/skeleton/skeleton_binding.h"
 
 namespace tether::planning {

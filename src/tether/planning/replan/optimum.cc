@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "tether/constraints/grasps/upper_face.h"
-#include "tether/planning/program/effort.h"
 #include "tether/planning/ik/ik_rows.h"
+#include "tether/planning/program/effort.h"
 
 namespace tether::planning {
 namespace {
@@ -121,7 +121,8 @@ CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimu
   } else {
     const CheckResult check =
         CheckKeyPoses(facts, optimum.steps, result.x.poses, JointsOf(key_poses.ik_solutions));
-    ReportKeyPoses(facts, optimum.actions, optimum.steps, result.x.poses, key_poses.ik_solutions, check, report);
+    ReportKeyPoses(facts, optimum.actions, optimum.steps, result.x.poses, key_poses.ik_solutions, check,
+                   report);
     if (check.Feasible(problem.program) && AllHaveIkSolutions(facts, key_poses)) {
       report.status = CandidateStatus::kFeasible;
       report.reason.clear();

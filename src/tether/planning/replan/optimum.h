@@ -5,8 +5,8 @@
 
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/limits.h"
-#include "tether/planning/program/program_builder.h"
 #include "tether/planning/plan/report.h"
+#include "tether/planning/program/program_builder.h"
 
 namespace tether::planning {
 
@@ -22,7 +22,8 @@ struct Optimum {
 /// Writes the plan that these key poses are, and what the checker says of it, to `report`.
 void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
-                    const std::vector<IkSolution>& ik_solutions, const CheckResult& check, CandidateReport& report);
+                    const std::vector<IkSolution>& ik_solutions, const CheckResult& check,
+                    CandidateReport& report);
 
 /// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
 /// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/planning/plan/problem.h"
 #include "testing/planning/test_scene.h"
+#include "tether/planning/plan/problem.h"
 #include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::planning {

@@ -4,10 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/scenario/generators/generate.h"
-#include "tether/scenario/problem.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
+#include "tether/scenario/generators/generate.h"
+#include "tether/scenario/problem.h"
 
 namespace tether::scenario {
 namespace {

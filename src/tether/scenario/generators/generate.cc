@@ -3,12 +3,10 @@
 #include <filesystem>
 #include <functional>
 
+#include "tether/common/document/value.h"
 #include "tether/common/error.h"
 #include "tether/common/file.h"
-#include "tether/common/document/value.h"
-#include "apps/tether/commands.h"
 #include "tether/scenario/generators/generate_draft.h"
-#include "apps/tether/terminal.h"
 
 namespace tether::scenario {
 namespace {
@@ -113,13 +111,6 @@ std::string WriteGenerated(const GeneratedScenario& generated, const std::string
   const WritingScope all_or_none;  // A scenario without its domain is of no use.
   for (const auto& [name, text] : Files(generated)) WriteFile((fs::path(folder) / name).string(), *text);
   return (fs::path(folder) / "scenario.yaml").string();
-}
-
-int app::GenerateCommand(const app::GenerateArguments& arguments) {
-  const GeneratedScenario generated = Generate(arguments.kind, arguments.parameters, arguments.seed);
-  const std::string path = WriteGenerated(generated, arguments.output, arguments.force);
-  app::Terminal().Print("the scenario is in " + path);
-  return app::kExitSuccess;
 }
 
 }  // namespace tether::scenario

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tether/common/random.h"
-#include "tether/scenario/generators/generate.h"
 #include "tether/geometry/shape.h"
+#include "tether/scenario/generators/generate.h"
 
 namespace tether::scenario {
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "tether/symbolic/pddl/formula.h"
 #include "tether/symbolic/grounding/task.h"
+#include "tether/symbolic/pddl/formula.h"
 
 namespace tether::symbolic {
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "tether/common/limits.h"
-#include "tether/symbolic/pddl/condition.h"
 #include "tether/symbolic/grounding/fact_index.h"
-#include "tether/symbolic/pddl/pddl.h"
 #include "tether/symbolic/grounding/task.h"
+#include "tether/symbolic/pddl/condition.h"
+#include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::symbolic {
 

@@ -6,9 +6,9 @@
 #include <set>
 #include <utility>
 
+#include "tether/common/document/value.h"
 #include "tether/common/file.h"
 #include "tether/common/log.h"
-#include "tether/common/document/value.h"
 #include "tether/symbolic/pddl/expression.h"
 #include "tether/symbolic/pddl/formula_parser.h"
 #include "tether/symbolic/pddl/pddl_sections.h"

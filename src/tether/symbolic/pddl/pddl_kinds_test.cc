@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/symbolic/pddl/pddl.h"
 #include "tether/symbolic/grounding/task.h"
+#include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::symbolic {
 namespace {

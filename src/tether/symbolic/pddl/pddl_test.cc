@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/symbolic/naive.h"
+#include "tether/common/document/value.h"
 #include "tether/common/file.h"
 #include "tether/common/random.h"
-#include "tether/common/document/value.h"
-#include "testing/symbolic/naive.h"
 
 namespace tether::symbolic {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "tether/symbolic/grounding/mutex.h"
+#include "tether/task/goal/product.h"
 #include "tether/task/heuristics/landmark_cut.h"
 #include "tether/task/heuristics/potentials.h"
-#include "tether/task/goal/product.h"
 
 namespace tether::task {
 

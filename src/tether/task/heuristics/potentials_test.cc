@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/common/random.h"
-#include "tether/ltl/formula/parser.h"
 #include "testing/symbolic/domains.h"
 #include "testing/symbolic/naive.h"
+#include "tether/common/random.h"
+#include "tether/ltl/formula/parser.h"
 #include "tether/task/heuristics/landmark_cut.h"
 #include "tether/task/search/state_graph.h"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tether/symbolic/grounding/mutex.h"
-#include "tether/task/heuristics/merge.h"
 #include "tether/task/goal/product.h"
+#include "tether/task/heuristics/merge.h"
 
 namespace tether::task {
 

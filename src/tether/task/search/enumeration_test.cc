@@ -7,9 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/task/enumeration.h"
 #include "tether/ltl/formula/evaluate.h"
 #include "tether/ltl/formula/parser.h"
-#include "testing/task/enumeration.h"
 #include "tether/task/search/greedy.h"
 #include "tether/task/search/skeleton.h"
 

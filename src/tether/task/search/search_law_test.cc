@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tether/common/random.h"
-#include "tether/ltl/formula/parser.h"
 #include "testing/symbolic/domains.h"
 #include "testing/symbolic/naive.h"
+#include "tether/common/random.h"
+#include "tether/ltl/formula/parser.h"
 #include "tether/task/search/greedy.h"
 #include "tether/task/search/skeleton.h"
 

@@ -12,8 +12,8 @@
 #include "tether/common/limits.h"
 #include "tether/symbolic/grounding/task.h"
 #include "tether/task/goal/conflict.h"
-#include "tether/task/search/lifted_states.h"
 #include "tether/task/goal/product.h"
+#include "tether/task/search/lifted_states.h"
 #include "tether/task/search/state_graph.h"
 
 namespace tether::task {

@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "tether/task/heuristics/estimate.h"
 #include "tether/task/goal/product.h"
+#include "tether/task/heuristics/estimate.h"
 #include "tether/task/search/state_table.h"
 #include "tether/task/symmetry/symmetry.h"
 

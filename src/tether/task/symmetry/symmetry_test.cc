@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tether/common/random.h"
-#include "tether/ltl/formula/parser.h"
 #include "testing/symbolic/domains.h"
 #include "testing/symbolic/naive.h"
+#include "tether/common/random.h"
+#include "tether/ltl/formula/parser.h"
 #include "tether/task/search/skeleton.h"
 
 namespace tether::task {

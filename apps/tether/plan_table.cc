@@ -1,7 +1,5 @@
-#include "apps/tether/plan_output.h"
-
-#include "tether/common/version.h"
-#include "tether/planning/plan/plan_file.h"
+#include "apps/tether/plan_table.h"
+#include "tether/common/text.h"
 
 namespace tether::app {
 namespace {
@@ -15,12 +13,6 @@ std::string Join(const std::vector<std::string>& words, const std::string& separ
 std::string Actions(const planning::CandidateReport& candidate) {
   return candidate.plan.actions.empty() ? "nothing to do: the goal is reached at the start"
                                         : Join(candidate.plan.actions, " ");
-}
-
-Value Names(const std::vector<std::string>& words) {
-  Value list = Value::Array();
-  for (const std::string& word : words) list.Append(word);
-  return list;
 }
 
 std::string Pad(const std::string& text, size_t width) {
@@ -50,67 +42,6 @@ std::string EndLine(const planning::PlanReport& report, const Terminal& terminal
 }
 
 }  // namespace
-
-Value OutputHeader(const std::string& format, uint64_t seed) {
-  return Value::Object().Set("format", format).Set("tether", Version()).Set("seed", seed);
-}
-
-Value WritePlanReport(const planning::PlanReport& report, const std::string& scenario, uint64_t seed) {
-  Value plans = Value::Array();
-  for (int i : report.BestFirst()) {
-    const planning::CandidateReport& candidate = report.candidates[static_cast<size_t>(i)];
-    Value steps = Value::Array();
-    for (const planning::PlanStep& step : candidate.plan.steps)
-      steps.Append(planning::WriteStep(step, false));
-    Value plan = Value::Object();
-    plan.Set("status", planning::ToString(candidate.status)).Set("feasible", candidate.feasible());
-    plan.Set("actions", Names(candidate.plan.actions)).Set("cost", candidate.plan.cost);
-    plan.Set("max_violation_m", candidate.max_violation_m)
-        .Set("max_violation_rad", candidate.max_violation_rad);
-    plan.Set("optimize_s", candidate.optimize_s)
-        .Set("evaluations", candidate.evaluations)
-        .Set("found", i + 1);
-    plan.Set("bound", candidate.bound)
-        .Set("reason", candidate.reason)
-        .Set("blocking", Names(candidate.blocking));
-    plan.Set("steps", steps);
-    plans.Append(plan);
-  }
-  Value value = OutputHeader("tether.plan_report/1", seed);
-  value.Set("scenario", scenario)
-      .Set("status", planning::ToString(report.status))
-      .Set("complete", report.complete);
-  value.Set("message", report.message).Set("plans", plans);
-  value.Set("timing", Value::Object()
-                          .Set("parse_s", report.parse_s)
-                          .Set("search_s", report.search_s)
-                          .Set("optimize_s", report.optimize_s)
-                          .Set("total_s", report.total_s));
-  value.Set("search", Value::Object()
-                          .Set("expanded", report.expanded)
-                          .Set("generated", report.generated)
-                          .Set("needless", report.needless)
-                          .Set("other_orders", report.other_orders));
-  return value;
-}
-
-Value WriteTrace(const planning::PlanReport& report, uint64_t seed) {
-  Value candidates = Value::Array();
-  for (const planning::CandidateReport& candidate : report.candidates) {
-    Value iterations = Value::Array();
-    for (const nlp::IterationRecord& record : candidate.trace) {
-      iterations.Append(Value::Object()
-                            .Set("iteration", record.iteration)
-                            .Set("time_s", record.time_s)
-                            .Set("cost", record.cost)
-                            .Set("violation_m", record.violation_m)
-                            .Set("violation_rad", record.violation_rad));
-    }
-    candidates.Append(
-        Value::Object().Set("actions", Names(candidate.plan.actions)).Set("iterations", iterations));
-  }
-  return OutputHeader("tether.trace/1", seed).Set("candidates", candidates);
-}
 
 std::string CandidateLine(const planning::CandidateReport& candidate, int number, const Terminal& terminal) {
   std::string text = Pad(std::to_string(number), 3) + "  " + Status(candidate, terminal) + "  ";
