@@ -1,4 +1,4 @@
-// The program: parses the command line, and leaves the work to tether/experiment/commands.h.
+// The program: parses the command line, and leaves the work to apps/tether/commands.h.
 
 #include <fcntl.h>
 #include <unistd.h>

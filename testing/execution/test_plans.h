@@ -7,7 +7,7 @@
 #include "tether/planning/plan/plan.h"
 #include "tether/scene/scene.h"
 
-/// Scenes and plans for the tests of execution, here and in physics.
+/// Scenes and plans for the tests of execution, with and without physics.
 namespace tether::execution {
 
 inline scene::Object MakeFixed(const std::string& name, const geometry::Shape& shape,

@@ -84,7 +84,7 @@ TEST(StructureRules, ForbiddenRoomIsFound) {
               ElementsAre(HasSubstr("qp may not know math")));
   EXPECT_THAT(CheckRoomIncludes({{"src/tether/util/a.h", ""}}, kTable),
               ElementsAre(HasSubstr("'util' is not a room")));
-  EXPECT_THAT(CheckRoomIncludes({{"apps/main.cc", upwards}}, kTable), IsEmpty());
+  EXPECT_THAT(CheckRoomIncludes({{"apps/tether/main.cc", upwards}}, kTable), IsEmpty());
 }
 
 TEST(StructureRules, HelpersOfTestsAreForTestsOfRoomsThatMayKnowThem) {

@@ -168,7 +168,7 @@ TEST(OperationalSpace, StretchedArmIsSafe) {
   EXPECT_LT((arm.state_.X_BH().p - target.X_BH.p).norm(), 2e-3);
 }
 
-// physics.md: a long pull at a tilt ran into a joint limit by drift in the null space.
+// A long pull at a tilt ran into a joint limit by drift in the null space.
 TEST(OperationalSpace, NullSpaceKeepsAwayFromLimits) {
   Arm arm;
   Eigen::VectorXd posture = arm.model_->home();

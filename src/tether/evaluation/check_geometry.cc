@@ -88,7 +88,7 @@ class GeometryCheck {
     });
   }
 
-  /// As experiment::FindSupport(), among what is near.
+  /// As scene::FindSupport(), among what is near.
   const scene::Object* scene::FindSupport(size_t i) const {
     const scene::Object* best = nullptr;
     double best_distance = kTouch;
