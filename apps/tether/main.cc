@@ -27,6 +27,7 @@
 
 namespace {
 
+using namespace tether;
 using namespace tether::app;
 
 /// CLI11 alone takes -4, and what is too large, as the nearest number that there is.
@@ -58,7 +59,7 @@ void AddMemoryLimit(CLI::App& command, size_t& bytes) {
       ->type_name("SIZE");
 }
 
-void AddPlanningOptions(CLI::App& command, PlanningOverrides& overrides) {
+void AddPlanningOptions(CLI::App& command, scenario::PlanningOverrides& overrides) {
   command.add_option("--solver", overrides.solver, "Nonlinear solver: native, ipopt or nlopt")
       ->type_name("NAME");
   command.add_option("--max-actions", overrides.max_actions, "Longest action sequence tried")->type_name("N");
@@ -218,9 +219,9 @@ void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int(
   CLI::App* command =
       app.add_subcommand("generate", "Write a random scenario: scenario.yaml and its PDDL files");
   command->require_subcommand(1);
-  for (const auto& [kind, text] : GeneratorKinds()) {
+  for (const auto& [kind, text] : scenario::GeneratorKinds()) {
     CLI::App* one = command->add_subcommand(kind, text);
-    GeneratorParameters& parameters = arguments.parameters;
+    scenario::GeneratorParameters& parameters = arguments.parameters;
     if (kind == "hanoi" || kind == "stack") {
       one->add_option("--blocks", parameters.blocks, "Number of blocks, 2 to 8 (default 3)")->type_name("N");
     }
@@ -254,9 +255,9 @@ void AddGenerate(CLI::App& app, GenerateArguments& arguments, std::function<int(
 
 void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int()>& run) {
   CLI::App* command = app.add_subcommand("campaign", "Plan many random scenes and say how planning did");
-  CampaignOptions& options = arguments.options;
+  bench::CampaignOptions& options = arguments.options;
   std::string names = "Campaigns:\n";
-  for (const auto& [name, text] : CampaignNames()) names += "  " + name + ": " + text + "\n";
+  for (const auto& [name, text] : bench::CampaignNames()) names += "  " + name + ": " + text + "\n";
   command->add_option("name", options.name, "Which one")->required()->type_name("NAME");
   command->add_option("--scenes", options.scenes, "Scenes per kind, or per number of blocks")->type_name("N");
   command->add_flag("--no-robot", options.no_robot, "execution: plan without the arm, to compare");

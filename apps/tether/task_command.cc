@@ -112,7 +112,7 @@ void SearchGreedily(task::Product& product, const task::SearchLimits& limits, Ta
 }
 
 /// Counts what can be reached in the whole task, whatever part of it was searched.
-void bench::CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
+void CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
                            const task::SearchLimits& limits, TaskReport& report) {
   std::optional<task::SkeletonSearch> other;
   if (&search.task() != whole.get()) other.emplace(whole, task::SkeletonOptions{.blind = true});
@@ -141,7 +141,7 @@ void SearchInOrder(std::unique_ptr<task::Product> product, const std::shared_ptr
     } while (wanted == 0 || report.plans.size() < wanted);
     report.complete =
         report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
-    if (blind && report.complete) bench::CountReachable(search, whole, limits, report);
+    if (blind && report.complete) CountReachable(search, whole, limits, report);
   } catch (const LimitReached& reached) {
     // What was found stays.
     report.ended = task::StatusOf(reached.limit());

@@ -20,7 +20,7 @@ using math::Pose;
 using ::testing::HasSubstr;
 
 TEST(ObstacleTest, AMovedOneLeavesTheTaskPossible) {
-  const scenario::Scenario scenario = Shipped("assistive");
+  const scenario::Scenario scenario = scenario::Shipped("assistive");
   for (uint64_t seed = 1; seed <= 30; ++seed) {
     const auto obstacle = scenario::DrawMovedObstacle(scenario, scenario.scene, 31, seed);
     ASSERT_TRUE(obstacle);
@@ -53,7 +53,7 @@ TEST(ObstacleTest, AMovedOneLeavesTheTaskPossible) {
 }
 
 TEST(ObstacleTest, ACrossingOneGoesStraightAtItsSpeed) {
-  const scenario::Scenario scenario = Shipped("assistive");
+  const scenario::Scenario scenario = scenario::Shipped("assistive");
   double highest = 0;
   for (const scene::Object& object : scenario.scene.objects) {
     if (object.movable()) highest = std::max(highest, 2 * scenario.scene.InitialPose(object.name).p.z());
@@ -77,13 +77,13 @@ TEST(ObstacleTest, ACrossingOneGoesStraightAtItsSpeed) {
 }
 
 TEST(ObstacleTest, ASceneWithoutRegionsHasNone) {
-  const scenario::Scenario scenario = Shipped("stacking");
+  const scenario::Scenario scenario = scenario::Shipped("stacking");
   EXPECT_FALSE(scenario::DrawMovedObstacle(scenario, scenario.scene, 4, 1));
   EXPECT_FALSE(scenario::DrawCrossingObstacle(scenario, scenario.scene, 4, 1));
 }
 
 TEST(ObstacleTest, EveryClearanceKeepsAwayFromIt) {
-  scenario::Scenario scenario = Shipped("assistive");
+  scenario::Scenario scenario = scenario::Shipped("assistive");
   scene::Scene start = scenario.scene;
   const auto obstacle = scenario::DrawMovedObstacle(scenario, start, 31, 1);
   scenario::AddObstacle(*obstacle, start, scenario);

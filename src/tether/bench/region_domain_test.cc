@@ -60,7 +60,7 @@ class RegionDomainTest : public ::testing::Test {
       const scenario::Scenario scenario = Load(text);
       task::Product(scenario::MakeTask(scenario), scenario.goal);
     } catch (const InputError& error) {
-      return Without(error.what(), folder_ + "/");
+      return scenario::Without(error.what(), folder_ + "/");
     }
     return "";
   }
@@ -234,8 +234,8 @@ TEST_F(RegionDomainTest, AnUnsatisfiableGoalIsImpossible) {
   EXPECT_THAT(report.message, HasSubstr("unsatisfiable"));
 }
 
-std::shared_ptr<const scenario::Task> GroundLayout(const planning::RegionLayout& layout) {
-  return scenario::Task::Ground(
+std::shared_ptr<const Task> GroundLayout(const planning::RegionLayout& layout) {
+  return Task::Ground(
       symbolic::ParseProblem(planning::RegionProblemText(layout), "problem",
                              symbolic::ParseDomain(planning::RegionDomainText(), "domain")));
 }
@@ -321,14 +321,14 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
              (area == 0 ? "g" : layout.regions[static_cast<size_t>(area) - 1].name) + ")";
     };
     const std::string text = "F(" + in() + " & " + in() + ") & F(" + in() + " & X F !" + in() + ")";
-    const auto cost = [&](const std::shared_ptr<const scenario::Task>& task, bool blind) {
+    const auto cost = [&](const std::shared_ptr<const Task>& task, bool blind) {
       const task::TemporalGoal goal{ltl::ParseFormula(text), ltl::Semantics::kCosafe, {}};
       task::SkeletonSearch search(std::make_unique<task::Product>(task, goal), {.blind = blind});
       const task::SearchOutcome outcome = search.Next();
       return outcome.found() ? outcome.skeleton->cost : -1.0;
     };
     const auto regions = GroundLayout(layout);
-    const auto poses = scenario::Task::Ground(
+    const auto poses = Task::Ground(
         symbolic::ParseProblem(planning::PoseProblemText(layout, 3), "problem",
                                symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
     const double expected = cost(regions, true);
@@ -349,7 +349,7 @@ TEST(RegionLayoutTest, ReachableStatesAreCountedExactly) {
   const std::string formula = "F(in(x,b) & X F in(y,a)) & F in(x,c)";
   for (int poses : {1, 2, 3}) {
     const std::string problem = planning::PoseProblemText(layout, poses);
-    auto task = scenario::Task::Ground(symbolic::ParseProblem(
+    auto task = Task::Ground(symbolic::ParseProblem(
         problem, "problem", symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
     const task::TemporalGoal goal{ltl::ParseFormula(formula), ltl::Semantics::kCosafe, {}};
     task::Product product(task, goal);

@@ -149,7 +149,7 @@ TEST_F(BadInputTest, CheckQuadraticObjects) {
   }
   EXPECT_TRUE(geometry::BoxTree().Meeting(boxes[0]).empty());
   // A row of blocks, one of which hangs in the air, and two overlap.
-  scenario::Scenario scenario = Shipped("workspace_reach");
+  scenario::Scenario scenario = scenario::Shipped("workspace_reach");
   scenario.problem = nullptr;
   for (int i = 0; i < 400; ++i) {
     scene::Object block;

@@ -89,7 +89,7 @@ class GeometryCheck {
   }
 
   /// As scene::FindSupport(), among what is near.
-  const scene::Object* scene::FindSupport(size_t i) const {
+  const scene::Object* FindSupport(size_t i) const {
     const scene::Object* best = nullptr;
     double best_distance = kTouch;
     for (const size_t j : boxes_.Meeting(Grown(i))) {
@@ -140,7 +140,7 @@ class GeometryCheck {
     }
     for (size_t i = 0; i < scene_.objects.size(); ++i) {
       const scene::Object& a = scene_.objects[i];
-      const scene::Object* b = a.movable() ? scene::FindSupport(i) : nullptr;
+      const scene::Object* b = a.movable() ? FindSupport(i) : nullptr;
       if (b == nullptr || !CanBeOn(on, a.name, b->name) || stated.contains({a.name, b->name})) continue;
       problems_.push_back("object '" + a.name + "' rests on '" + b->name + "', but :init of " + problem.file +
                           " does not say (on " + a.name + " " + b->name + ")");

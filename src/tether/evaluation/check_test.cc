@@ -22,19 +22,19 @@ scene::Object& Find(scenario::Scenario& scenario, const std::string& name) {
 
 TEST(CheckTest, ShippedScenariosAreConsistent) {
   for (const char* name : {"hanoi", "workspace_reach", "stacking", "tool_use", "parts"}) {
-    EXPECT_THAT(CheckGeometry(Shipped(name)), ElementsAre()) << name;
+    EXPECT_THAT(CheckGeometry(scenario::Shipped(name)), ElementsAre()) << name;
   }
 }
 
 TEST(CheckTest, OverlapsGapsAndInitAreReported) {
-  scenario::Scenario scenario = Shipped("hanoi");
+  scenario::Scenario scenario = scenario::Shipped("hanoi");
   Find(scenario, "box_3").X_ParentObject.p.z() += 0.005;  // the authors' own mistake
   EXPECT_THAT(
       CheckGeometry(scenario),
       ElementsAre(HasSubstr("object 'box_3' rests on nothing: it is 5.0 mm from 'platform_right' below it"),
                   HasSubstr("(on box_3 platform_right) disagrees with the scene: they are 5.0 mm apart")));
 
-  scenario = Shipped("workspace_reach");
+  scenario = scenario::Shipped("workspace_reach");
   Find(scenario, "hook").X_ParentObject.p.z() -= 0.005;  // and the other one
   EXPECT_THAT(
       CheckGeometry(scenario),
@@ -42,7 +42,7 @@ TEST(CheckTest, OverlapsGapsAndInitAreReported) {
           HasSubstr("objects 'table' and 'hook' overlap by 5.0 mm"),
           HasSubstr("problem.pddl:12:5: (on hook table) disagrees with the scene: they overlap by 5.0 mm")));
 
-  scenario = Shipped("workspace_reach");
+  scenario = scenario::Shipped("workspace_reach");
   Find(scenario, "box").parent = scene::kWorld;
   Find(scenario, "box").X_ParentObject = math::Pose(Eigen::Vector3d(0.35, -0.35, 0.125));
   EXPECT_THAT(CheckGeometry(scenario),
@@ -53,7 +53,7 @@ TEST(CheckTest, OverlapsGapsAndInitAreReported) {
 class PlanCheckTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    scenario_ = Shipped("stacking");
+    scenario_ = scenario::Shipped("stacking");
     scenario::PlanningOverrides overrides;
     overrides.max_plans = 1;
     const planning::Problem problem = scenario::MakeProblem(scenario_, scenario_.scene, overrides);

@@ -16,7 +16,7 @@ namespace {
 class JudgeTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    scenario_ = Shipped("workspace_reach");
+    scenario_ = scenario::Shipped("workspace_reach");
     task_ = scenario::MakeTask(scenario_);
     truth_.X_WO = scene::InitialPoses(scenario_.scene);
     truth_.X_WHand["panda"] = math::Pose(Eigen::Vector3d(0.4, 0, 0.3));
@@ -121,7 +121,7 @@ TEST_F(JudgeTest, OtherPredicatesKeepTheirSymbolicValue) {
 }
 
 TEST_F(JudgeTest, DisjunctiveGoalsLookAtEveryAtom) {
-  const scenario::Scenario hanoi = Shipped("hanoi");
+  const scenario::Scenario hanoi = scenario::Shipped("hanoi");
   const auto task = scenario::MakeTask(hanoi);
   Truth truth;
   truth.X_WO = scene::InitialPoses(hanoi.scene);

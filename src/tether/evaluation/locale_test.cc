@@ -57,7 +57,7 @@ TEST_F(LocaleTest, LibraryIsLocaleDependent) {
   EXPECT_THAT(svg, Not(HasSubstr(">0,6<")));
   // Plans are the same, digit by digit.
   const auto cost = [] {
-    const scenario::Scenario scenario = Shipped("stacking");
+    const scenario::Scenario scenario = scenario::Shipped("stacking");
     scenario::PlanningOverrides overrides;
     overrides.max_plans = 1;
     const planning::PlanReport report = planning::PlanTask(

@@ -18,7 +18,7 @@ struct Prepared {
 /// Only the first block of the stacking scene: one pick and one place.
 Prepared OneBlock() {
   Prepared prepared;
-  prepared.scenario = Shipped("stacking");
+  prepared.scenario = scenario::Shipped("stacking");
   prepared.scenario.problem = symbolic::WithGoal(*prepared.scenario.problem, "(on blue amber)", {});
   prepared.task = scenario::MakeTask(prepared.scenario);
   scenario::PlanningOverrides overrides;

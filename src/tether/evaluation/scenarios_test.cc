@@ -18,7 +18,7 @@ struct Outcome {
 
 /// Plans and runs a shipped scene as the command line does.
 Outcome PlanAndRun(const std::string& name, uint64_t seed, const std::string& events = "") {
-  const scenario::Scenario scenario = Shipped(name);
+  const scenario::Scenario scenario = scenario::Shipped(name);
   const auto task = scenario::MakeTask(scenario);
   const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, seed);
   scenario::PlanningOverrides overrides;

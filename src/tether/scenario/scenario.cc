@@ -87,7 +87,7 @@ class ScenarioParser {
     if (fs::is_directory(scenario_.path)) {
       throw InputError({{Location{scenario_.path, 0, 0}, "this is a folder", "the path of a scenario file"}});
     }
-    const Value document = ParseYaml(bench::TextOf(scenario_.path), scenario_.path);
+    const Value document = ParseYaml(TextOf(scenario_.path), scenario_.path);
     if (document.is_null()) {
       throw InputError({{Location{scenario_.path, 0, 0}, "there is nothing in this file",
                          std::string("a scenario, which begins with format: ") + kScenarioFormat}});
@@ -128,7 +128,7 @@ class ScenarioParser {
     return fs::path(path).is_absolute() ? path : (fs::path(folder_) / path).lexically_normal().string();
   }
 
-  std::string bench::TextOf(const std::string& path) const {
+  std::string TextOf(const std::string& path) const {
     const auto found = files_.find(path);
     return found == files_.end() ? ReadFile(path) : found->second;
   }
@@ -255,8 +255,8 @@ class ScenarioParser {
   std::shared_ptr<const symbolic::Problem> ReadProblem(const std::string& domain,
                                                        const std::string& problem) const {
     if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
-    return symbolic::ParseProblem(bench::TextOf(problem), problem,
-                                  symbolic::ParseDomain(bench::TextOf(domain), domain));
+    return symbolic::ParseProblem(TextOf(problem), problem,
+                                  symbolic::ParseDomain(TextOf(domain), domain));
   }
 
   /// Adds to the initial state what the arm reaches, for the predicates of `within_reach`.

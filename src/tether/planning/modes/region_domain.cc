@@ -152,7 +152,7 @@ class LayoutFinder {
 };
 
 /// A name that is nothing in the scene: names there have no dots.
-std::string scenario::Numbered(const std::string& name, int n) { return name + "." + std::to_string(n); }
+std::string Numbered(const std::string& name, int n) { return name + "." + std::to_string(n); }
 
 /// The objects and facts that both domains have.
 class ProblemWriter {
@@ -191,14 +191,14 @@ class ProblemWriter {
     }
     // Regions for several objects count them down: (room r n) says that n more fit.
     for (int n = 0; most > 1 && n <= most; ++n) {
-      Declare(scenario::Numbered("n", n), "count");
-      if (n > 0) init_ += " (next " + scenario::Numbered("n", n - 1) + " " + scenario::Numbered("n", n) + ")";
-      if (n == 1) init_ += " (last " + scenario::Numbered("n", n) + ")";
+      Declare(Numbered("n", n), "count");
+      if (n > 0) init_ += " (next " + Numbered("n", n - 1) + " " + Numbered("n", n) + ")";
+      if (n == 1) init_ += " (last " + Numbered("n", n) + ")";
     }
     for (const RegionLayout::Place& region : layout.regions) {
       const int left = region.capacity - held[region.name];
       if (left > 0) init_ += " (free " + region.name + ")";
-      if (region.capacity > 1) init_ += " (room " + region.name + " " + scenario::Numbered("n", left) + ")";
+      if (region.capacity > 1) init_ += " (room " + region.name + " " + Numbered("n", left) + ")";
     }
   }
 
@@ -345,13 +345,13 @@ std::string PoseProblemText(const RegionLayout& layout, int poses) {
   ProblemWriter writer(layout);
   for (const RegionLayout::Place& region : layout.regions) {
     for (int k = 1; k <= poses; ++k) {
-      writer.Declare(scenario::Numbered(region.name, k), "pose");
-      writer.Add("(of " + scenario::Numbered(region.name, k) + " " + region.name + ")");
+      writer.Declare(Numbered(region.name, k), "pose");
+      writer.Add("(of " + Numbered(region.name, k) + " " + region.name + ")");
     }
   }
   std::map<std::string, int> held;
   for (const RegionLayout::Item& item : layout.items) {
-    const std::string pose = scenario::Numbered(item.region, ++held[item.region]);
+    const std::string pose = Numbered(item.region, ++held[item.region]);
     writer.Add("(in " + item.name + " " + pose + ") (taken " + pose + ")");
   }
   return writer.Text("poses");
