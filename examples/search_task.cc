@@ -47,12 +47,13 @@ int main() {
   if (!outcome.found()) return 1;
   Print(*task, *outcome.skeleton);
 
-  // First red on blue, afterwards blue on the right: two letters of the word, one after the other.
+  // Red on blue in some letter of the word, blue on the right in a later one.
   task::TemporalGoal goal{
       ltl::ParseFormula("F(on(red,blue) & X F on(blue,right))"), ltl::Semantics::kCosafe, {}};
   task::SkeletonSearch temporal(std::make_unique<task::Product>(task, goal));
   outcome = temporal.Next();
   if (!outcome.found()) return 1;
   Print(*task, *outcome.skeleton);
-  return outcome.skeleton->actions.size() == 6 ? 0 : 1;
+  // Blue goes first, red upon it; the fifth action is there because X asks for a letter after that.
+  return outcome.skeleton->actions.size() == 5 ? 0 : 1;
 }
