@@ -202,8 +202,11 @@ void PrintJudgement(const evaluation::RunReport& report, const Terminal& termina
   const std::string time = " after " + Fixed(report.sim_time_s, 1) + " s of simulated time (" +
                            Fixed(report.wall_s, 1) + " s on the clock), " + std::to_string(report.retries) +
                            " retries";
-  const std::string goal =
-      report.judgement.goal_reached ? terminal.Green("goal reached") : terminal.Red("goal not reached");
+  // What failed is no success even if the goal holds, by an event perhaps: the plan was not carried out.
+  const std::string goal = report.ok() ? terminal.Green("goal reached")
+                           : report.judgement.goal_reached
+                               ? terminal.Yellow("the goal holds, but the plan was not carried out")
+                               : terminal.Red("goal not reached");
   if (report.ok()) {
     terminal.Print(goal + time);
   } else {

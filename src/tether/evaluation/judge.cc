@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tether/geometry/distance/query.h"
+#include "tether/geometry/polygon/support.h"
 #include "tether/scene/region.h"
 #include "tether/scene/resting_contact.h"
 
@@ -101,15 +102,17 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
   if (a == nullptr || b == nullptr || a == b || IsInHand(scene, truth, upper)) return false;
   const math::Pose &X_WA = truth.X_WO.at(upper), &X_WB = truth.X_WO.at(lower);
   if (!scene::FindResting(*a, X_WA, *b, X_WB).Holds(kContact)) return false;
-  if (scene::FindLean(a->shape, -X_WA.R.transpose().col(2)) > kLean) return false;
-  // How fast the one moves relative to the other, at its own origin.
-  const auto velocity = [&](const std::string& name) -> math::Vector6d {
-    const auto found = truth.V_WO.find(name);
-    return found == truth.V_WO.end() ? math::Vector6d::Zero() : found->second;
-  };
-  const math::Vector6d V_A = velocity(upper), V_B = velocity(lower);
-  const Eigen::Vector3d v = V_A.head<3>() - V_B.head<3>() - V_B.tail<3>().cross(X_WA.p - X_WB.p);
-  return v.norm() <= kRestSpeed && (V_A.tail<3>() - V_B.tail<3>()).norm() <= kRestTurn;
+  const Eigen::Vector3d down = -X_WA.R.transpose().col(2);
+  if (scene::FindLean(a->shape, down) > kLean) return false;
+  if (truth.X_WO_before.empty()) return true;
+  // What moved in the frame of the lower one.
+  const math::Pose X_BA = math::Between(X_WB, X_WA),
+                   X_BA_before = math::Between(truth.X_WO_before.at(lower), truth.X_WO_before.at(upper));
+  const Eigen::Vector3d turned = math::LogSO3(X_BA.R * X_BA_before.R.transpose());
+  // What lies on a round side turns as it rolls: by that it may be as fast as by sliding.
+  const double height = geometry::Support(a->shape, down) - down.dot(geometry::CentreOfMass(a->shape));
+  const double turn = std::max(kRestTurn, kRestSpeed / std::max(height, kContact));
+  return (X_BA.p - X_BA_before.p).norm() <= kRestSpeed * kRestWindow && turned.norm() <= turn * kRestWindow;
 }
 
 bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area) {

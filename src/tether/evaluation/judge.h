@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/evaluation/pose_history.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/grounding/task.h"
 #include "tether/task/goal/product.h"
@@ -15,8 +16,8 @@ namespace tether::evaluation {
 struct Truth {
   std::map<std::string, math::Pose> X_WO;
   std::map<std::string, math::Pose> X_WHand;  ///< By robot name.
-  /// Velocities in the world, (m/s, rad/s); what is not here is at rest.
-  std::map<std::string, math::Vector6d> V_WO = {};
+  /// Poses kRestWindow earlier, of all objects; empty: all are at rest.
+  std::map<std::string, math::Pose> X_WO_before = {};
   /// Sum of the normal contact forces between two bodies (object or robot names), N. Empty: nothing is
   /// grasped.
   std::function<double(const std::string&, const std::string&)> contact_force;
@@ -44,7 +45,7 @@ bool IsInHand(const scene::Scene& scene, const Truth& truth, const std::string& 
 
 /// Whether `upper` rests on `lower` and nothing holds it: contact to within 3 mm from above, centre of mass
 /// above it, stood on a face or lying on a side (to 0.1 rad: what leans is not on), and not moving relative
-/// to it (2 cm/s, 0.2 rad/s).
+/// to it (2 cm/s, and 0.2 rad/s or what rolling at that speed is, in the mean over kRestWindow).
 bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& upper, const std::string& lower);
 
 /// Whether `object` is in a region, or in one of a group, and nothing holds it.

@@ -68,10 +68,11 @@ TEST_F(JudgeTest, WhatLeansOrMovesIsNotOn) {
   PutBoxOnShelf({0, 0, 0});
   truth_.X_WO["box"].R = math::RotationFromRpy({M_PI / 2, 0, 1.0});
   EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "on another face";
-  truth_.V_WO["box"] = math::Vector6d::Zero();
-  truth_.V_WO["box"].x() = 0.05;
+  truth_.X_WO_before = truth_.X_WO;
+  EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "it stands still";
+  truth_.X_WO_before["box"].p.x() -= 0.05 * kRestWindow;
   EXPECT_FALSE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "it slides";
-  truth_.V_WO["shelf"] = truth_.V_WO["box"];
+  truth_.X_WO_before["shelf"].p.x() -= 0.05 * kRestWindow;
   EXPECT_TRUE(IsOn(scenario_.scene, truth_, "box", "shelf")) << "it goes along";
   // Round things rest on their sides.
   const geometry::Shape can = geometry::Primitive(geometry::Cylinder{0.03, 0.1});

@@ -140,6 +140,7 @@ class Run {
 
   void Tick(Clock::time_point begin) {
     world_.Truth(&truth_);
+    history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
     const robot::Commands& commands = runner_->Step(truth_, observations_);
     if (runner_->running()) {
@@ -308,8 +309,7 @@ class Run {
       kinematics.Set(observation.q);
       truth.X_WHand[name] = scene_.InitialPose(name) * kinematics.X_BH();
     }
-    for (const scene::Object& object : scene_.objects)
-      truth.V_WO[object.name] = world_.ObjectVelocity(object.name);
+    truth.X_WO_before = history_.Before(world_.time());
     truth.contact_force = [this](const std::string& a, const std::string& b) {
       return world_.ContactForce(a, b);
     };
@@ -354,6 +354,7 @@ class Run {
   std::unique_ptr<sim::Renderer> renderer_;
   scene::WorldEstimate truth_;
   robot::Observations observations_;
+  PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
   size_t logged_margins_ = 0;         ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.

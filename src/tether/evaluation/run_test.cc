@@ -74,6 +74,31 @@ TEST(RunTest, DisturbancesHappenOnceWhenTheirActionStarts) {
   EXPECT_EQ(report.status, RunStatus::kSuccess) << report.reason;
 }
 
+// goal_reached_but_failed: an event may bring the goal about; the plan was not carried out nevertheless.
+TEST(RunTest, WhatIsNotCarriedOutIsNoSuccessThoughTheGoalHolds) {
+  Prepared prepared = OneBlock();
+  prepared.scenario.execution.timeout_s = 1.0;
+  RunOptions options;
+  scenario::Event lifted;
+  lifted.object = "blue";
+  const math::Pose amber = prepared.scenario.scene.InitialPose("amber");
+  lifted.X_by.p = amber.p - prepared.scenario.scene.InitialPose("blue").p + Eigen::Vector3d(0, 0, 0.3);
+  lifted.over = 0.3;
+  scenario::Event put;
+  put.time = 0.4;
+  put.object = "blue";
+  put.has_goal = true;
+  put.parent = "amber";
+  put.X_ParentGoal.p = {0, 0, 0.0605};
+  put.over = 0.4;
+  options.events = {lifted, put};
+  const RunReport report =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, options);
+  EXPECT_EQ(report.status, RunStatus::kTimeout) << report.reason;
+  EXPECT_FALSE(report.ok());
+  EXPECT_TRUE(report.judgement.goal_reached);
+}
+
 // event_never_fires: an event that waited for what never came was silently left out.
 TEST(RunTest, EventsThatNeverHappenAreSaid) {
   Prepared prepared = OneBlock();

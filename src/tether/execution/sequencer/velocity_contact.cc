@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "tether/control/objective.h"
 #include "tether/execution/sequencer/velocity_executive_impl.h"
@@ -47,10 +48,47 @@ bool VelocityExecutive::Impl::IsOver(int object, int carrier) const {
   return true;
 }
 
+// What carries a region is what lies beneath its plane within its outline, wherever its frame hangs; what its
+// frame hangs on as well. `found` is filled anew.
+void VelocityExecutive::Impl::FindCarriers(const scene::Region& region, std::vector<int>& found) const {
+  found.clear();
+  const control::Frame frame = control_scene.Target(region.name);
+  if (frame.object >= 0) found.push_back(frame.object);
+  if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return;
+  const Pose X_WR = X_WTarget(frame);
+  const auto lies_beneath = [&](const geometry::Shape& shape, const Pose& X_WO, const Vector3d& p) {
+    const Vector3d above = X_WR * (p + kBeneath * Vector3d::UnitZ());
+    return geometry::CastRay(shape, X_WO, above, -X_WR.R.col(2), geometry::RayStart::kIgnore, 2 * kBeneath)
+        .has_value();
+  };
+  // At its middle, and halfway to the outline.
+  constexpr int kDirections = 8;
+  double reach[2] = {0, 0};
+  if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
+    reach[0] = reach[1] = disc->radius;
+  } else if (const auto* rectangle = std::get_if<scene::Rectangle>(&region.form)) {
+    reach[0] = 0.5 * rectangle->size.x();
+    reach[1] = 0.5 * rectangle->size.y();
+  }
+  for (size_t i = 0; i < objects.size(); ++i) {
+    const int other = static_cast<int>(i);
+    if (other == held || other == frame.object) continue;
+    const geometry::Shape& shape = scene.objects[i].shape;
+    bool beneath_it = lies_beneath(shape, objects[i].X, Vector3d::Zero());
+    for (int k = 0; k < kDirections && !beneath_it; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kDirections;
+      const Vector3d p(0.5 * reach[0] * std::cos(angle), 0.5 * reach[1] * std::sin(angle), 0);
+      beneath_it = lies_beneath(shape, objects[i].X, p);
+    }
+    if (beneath_it) found.push_back(other);
+  }
+}
+
 // While the held object is above what it stood on, or what carries the region that it is brought to, within
 // the outline of that, it cannot keep its distance from what that lies on: a mat is thinner than clearances.
 void VelocityExecutive::Impl::FindBeneath() {
   beneath_next.clear();
+  carriers_next.clear();
   const auto add_beneath = [&](int carrier) {
     if (carrier < 0 || carrier == held || !IsOver(held, carrier)) return;
     const Pose& X_C = objects[static_cast<size_t>(carrier)].X;
@@ -68,10 +106,12 @@ void VelocityExecutive::Impl::FindBeneath() {
   if (held >= 0) {
     for (const int support : supports) add_beneath(support);
     if (at < static_cast<int>(steps.size()) && schema().target_is_region && schema().control == held_name)
-      add_beneath(control_scene.Target(schema().target).object);
+      FindCarriers(*scene.FindRegion(schema().target), carriers_next);
+    for (const int carrier : carriers_next) add_beneath(carrier);
   }
-  if (beneath_next == beneath) return;
+  if (beneath_next == beneath && carriers_next == carriers) return;
   std::swap(beneath, beneath_next);
+  std::swap(carriers, carriers_next);
   UpdateAllowed();
 }
 

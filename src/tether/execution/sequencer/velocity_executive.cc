@@ -119,14 +119,24 @@ void VelocityExecutive::Impl::Sense(const scene::WorldEstimate& estimate,
 
 void VelocityExecutive::Impl::UpdateAllowed() {
   allowed.clear();
-  const auto name_of = [&](const std::string& name) {
-    return scene.FindRegion(name) != nullptr ? control_scene.SupportOf(name) : name;
+  // A region stands for what carries it.
+  const auto names_of = [&](const std::string& name) -> std::vector<std::string> {
+    const scene::Region* region = scene.FindRegion(name);
+    if (region == nullptr) return {name};
+    std::vector<int> found;
+    FindCarriers(*region, found);
+    std::vector<std::string> names;
+    for (const int object : found) names.push_back(object_name(object));
+    return names;
+  };
+  const auto allow = [&](const std::string& first, const std::string& second) {
+    for (const std::string& a : names_of(first)) {
+      for (const std::string& b : names_of(second)) allowed.emplace_back(a, b);
+    }
   };
   if (at < static_cast<int>(steps.size())) {
-    for (const auto& [first, second] : schema().allow) allowed.emplace_back(name_of(first), name_of(second));
-    if (schema().target_is_region && schema().control != "hand") {
-      allowed.emplace_back(schema().control, control_scene.SupportOf(schema().target));
-    }
+    for (const auto& [first, second] : schema().allow) allow(first, second);
+    if (schema().target_is_region && schema().control != "hand") allow(schema().control, schema().target);
   }
   if (held >= 0) {
     for (const int support : supports) allowed.emplace_back(held_name, object_name(support));

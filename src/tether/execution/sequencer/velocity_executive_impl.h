@@ -51,6 +51,7 @@ struct VelocityExecutive::Impl {
   void Release();
 
   // velocity_contact.cc
+  void FindCarriers(const scene::Region& region, std::vector<int>& found) const;
   void FindBeneath();
   bool IsOver(int object, int carrier) const;
   int ContactObject() const;
@@ -124,6 +125,7 @@ struct VelocityExecutive::Impl {
   std::vector<control::FieldConstraint> verb_fields;  ///< The controller's, of the present verb.
   std::vector<std::pair<int, int>> allowed_bodies;    ///< `allowed`, by the controller's numbers.
   std::vector<int> supports;                          ///< What the held object stood on and still touches.
+  std::vector<int> carriers, carriers_next;           ///< What carries the region that this step is about.
   std::vector<int> beneath, beneath_next;  ///< What lies under these, or under what carries the target.
   int released = -1;                       ///< In this step.
   math::Pose goal_pose;                    ///< Of the hand, of a shift, in the frame of `along` or the base.

@@ -443,6 +443,37 @@ TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
   }
 }
 
+// region_in_the_world_is_never_placed_into: only what a region's frame hangs on was taken for its carrier.
+// What carries it is what lies beneath it, wherever the frame hangs: on the world, the robot, or something
+// else.
+TEST(VelocityExecutiveTest, WhatLiesBeneathARegionCarriesIt) {
+  for (const std::string parent : {"world", "jaco", "lamp"}) {
+    for (const bool mat : {false, true}) {
+      Fake fake;
+      scene::Object lamp;
+      lamp.name = "lamp";
+      lamp.shape = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.4}});
+      lamp.X_ParentObject = Pose(Vector3d(-0.5, 0.5, 0.2));
+      fake.scene.objects.push_back(lamp);
+      lamp.name = "mat";
+      lamp.shape = geometry::Primitive(geometry::Box{{0.16, 0.16, 0.004}});
+      lamp.X_ParentObject = Pose(Vector3d(0.3, -0.35, 0.002));
+      if (mat) fake.scene.objects.push_back(lamp);
+      for (scene::Region& region : fake.scene.regions) {
+        if (region.hub) continue;
+        const double lift = mat && region.name == "right" ? 0.004 : 0.0;
+        const Pose X_WR = fake.scene.InitialPose(region.name) * Pose(Vector3d(0, 0, lift));
+        region.X_ParentRegion = fake.scene.InitialPose(parent).Inverse() * X_WR;
+        region.parent = parent;
+      }
+      fake.Start(kCarry);
+      fake.Run(160);
+      EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << parent << fake.Story();
+      EXPECT_FALSE(fake.Happened(EventKind::kStalled)) << parent << fake.Story();
+    }
+  }
+}
+
 #ifdef TETHER_COUNTS_ALLOCATIONS
 TEST(VelocityExecutiveTest, OnlyTheStartOfAVerbTakesFromTheHeap) {
   Fake fake;
