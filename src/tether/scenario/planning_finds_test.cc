@@ -1,4 +1,5 @@
 // What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -296,6 +297,74 @@ TEST(PlanningFinds, ShelfRoofTooLow) {
   ASSERT_TRUE(report.ok()) << report.message;
   EXPECT_LT(report.best()->plan.steps.back().X_TC.p.z(), 0.1);
   EXPECT_EQ(report.best()->plan.steps.back().face, "part 1 of shelf");
+}
+
+/// `ob` on a stand of these parts, planned.
+PlanReport PlanOnParts(const std::string& parts, const std::string& ob_size, const std::string& ob_height) {
+  Scene scene;
+  scene.things = Thing("stand", parts, "{position: [0.5, -0.25, 0.035]}") +
+                 Thing("ob", "{box: " + ob_size + "}", "{position: [0.5, 0.2, " + ob_height + "]}", kMass);
+  scene.fixed = "stand";
+  scene.movable = "ob";
+  scene.goal = "(on ob stand)";
+  scene.max_actions = 2;
+  return Plan(scene);
+}
+
+constexpr const char* kTwoBars =
+    "[{box: [0.2, 0.02, 0.07], pose: {position: [0, 0.09, 0]}}, "
+    "{box: [0.2, 0.02, 0.07], pose: {position: [0, -0.09, 0]}}]";
+
+/// Four walls without a floor: what is put there stands on one of them, not over the hole.
+TEST(PlanningFinds, RingIsNoFace) {
+  const PlanReport report = PlanOnParts(
+      "[{box: [0.24, 0.01, 0.07], pose: {position: [0, 0.115, 0]}}, "
+      "{box: [0.24, 0.01, 0.07], pose: {position: [0, -0.115, 0]}}, "
+      "{box: [0.01, 0.22, 0.07], pose: {position: [0.115, 0, 0]}}, "
+      "{box: [0.01, 0.22, 0.07], pose: {position: [-0.115, 0, 0]}}]",
+      "[0.05, 0.05, 0.05]", "0.025");
+  ASSERT_TRUE(report.ok()) << report.message;
+  const planning::PlanStep& last = report.best()->plan.steps.back();
+  EXPECT_THAT(last.face, HasSubstr("part "));
+  EXPECT_GE(last.X_TC.p.head<2>().cwiseAbs().maxCoeff(), 0.11);
+}
+
+TEST(PlanningFinds, BetweenTwoBarsIsNoFace) {
+  const PlanReport report = PlanOnParts(kTwoBars, "[0.05, 0.05, 0.05]", "0.025");
+  ASSERT_TRUE(report.ok()) << report.message;
+  const planning::PlanStep& last = report.best()->plan.steps.back();
+  EXPECT_GE(std::abs(last.X_TC.p.y()), 0.08);
+  EXPECT_LE(std::abs(last.X_TC.p.y()), 0.1);
+  // Edges of sheets are no faces: only what spans both could stand there.
+  const PlanReport sheets = PlanOnParts(
+      "[{box: [0.2, 0.0018, 0.07], pose: {position: [0, 0.09, 0]}}, "
+      "{box: [0.2, 0.0018, 0.07], pose: {position: [0, -0.09, 0]}}]",
+      "[0.05, 0.05, 0.05]", "0.025");
+  EXPECT_EQ(sheets.status, PlanStatus::kGaveUp) << sheets.message;
+}
+
+/// Neither sheet is a face by itself; a board that is long enough spans both.
+TEST(PlanningFinds, LongBoardBridgesTwoSheets) {
+  const PlanReport report = PlanOnParts(
+      "[{box: [0.2, 0.0018, 0.07], pose: {position: [0, 0.09, 0]}}, "
+      "{box: [0.2, 0.0018, 0.07], pose: {position: [0, -0.09, 0]}}]",
+      "[0.05, 0.34, 0.03]", "0.015");
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_LT(std::abs(report.best()->plan.steps.back().X_TC.p.y()), 0.08);
+}
+
+/// What stands on a movable board comes along with it, whatever frame its pose was written in.
+TEST(PlanningFinds, WhatIsCarriedComesAlongWithoutParent) {
+  Scene scene;
+  scene.things = Thing("stand", "{box: [0.2, 0.2, 0.07]}", "{position: [0.45, -0.3, 0.035]}") +
+                 Thing("tray", "{box: [0.5, 0.06, 0.03]}", "{position: [0.68, 0.1, 0.015]}", kMass) +
+                 Thing("ob", "{box: [0.04, 0.04, 0.04]}", "{position: [0.88, 0.1, 0.05]}", kMass);
+  scene.fixed = "stand";
+  scene.movable = "tray ob";
+  scene.goal = "(on ob stand)";
+  const PlanReport report = Plan(scene);
+  ASSERT_TRUE(report.ok()) << report.message;
+  EXPECT_EQ(report.best()->plan.actions.front(), "pick(tray)");
 }
 
 /// Every registered kind by itself, in an action of one step: a plan, or a reason that names the cause.

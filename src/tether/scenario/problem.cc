@@ -1,4 +1,5 @@
 #include "tether/scenario/problem.h"
+#include "tether/scene/resting_contact.h"
 
 #include <algorithm>
 #include <thread>
@@ -122,7 +123,7 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   const PlanningSettings& settings = scenario.planning;
   planning::Problem problem;
   problem.title = scenario.title;
-  problem.scene = scene;
+  problem.scene = scene::WithCarriers(scene);
   problem.actions = scenario.actions;
   for (const GlobalConstraint& constraint : scenario.constraints)
     problem.constraints.push_back(constraint.spec);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
 #include "tether/geometry/polygon/support.h"
@@ -95,6 +96,36 @@ const scene::Object* FindSupport(const scene::Scene& scene, const std::map<std::
     best_distance = std::abs(resting.distance);
   }
   return best;
+}
+
+scene::Scene WithCarriers(const scene::Scene& scene) {
+  const std::map<std::string, math::Pose> X_WO = InitialPoses(scene);
+  std::map<std::string, geometry::Aabb> boxes;
+  for (const scene::Object& object : scene.objects)
+    boxes[object.name] = geometry::BoundingBox(object.shape, X_WO.at(object.name));
+  scene::Scene hung = scene;
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    const scene::Object* parent = scene.FindObject(object.parent);
+    // What a hand holds stays there.
+    if (!object.movable() || (parent == nullptr && object.parent != scene::kWorld)) continue;
+    const bool near_movable =
+        std::any_of(scene.objects.begin(), scene.objects.end(), [&](const scene::Object& other) {
+          return other.movable() && other.name != object.name &&
+                 boxes.at(other.name).DistanceTo(boxes.at(object.name)) <= kTouch;
+        });
+    if (!near_movable && (parent == nullptr || !parent->movable())) continue;
+    const scene::Object* support = FindSupport(scene, X_WO, object);
+    if (support == nullptr || support == parent) continue;
+    if (!support->movable() && (parent == nullptr || !parent->movable())) continue;
+    // Nothing carries what carries it.
+    const scene::Object* below = hung.FindObject(support->name);
+    while (below != nullptr && below->name != object.name) below = hung.FindObject(below->parent);
+    if (below != nullptr) continue;
+    hung.objects[i].parent = support->name;
+    hung.objects[i].X_ParentObject = math::Between(X_WO.at(support->name), X_WO.at(object.name));
+  }
+  return hung;
 }
 
 }  // namespace tether::scene

@@ -36,4 +36,9 @@ std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene);
 const scene::Object* FindSupport(const scene::Scene& scene, const std::map<std::string, math::Pose>& X_WO,
                                  const scene::Object& object);
 
+/// The scene with each movable object hung on the movable one that carries it, as FindSupport() says,
+/// whatever frame its pose was written in; what was written on a movable object but stands on something fixed
+/// hangs on that. All poses in the world stay.
+scene::Scene WithCarriers(const scene::Scene& scene);
+
 }  // namespace tether::scene

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tether/constraints/grasps/surface.h"
+#include "tether/constraints/kinds/contact_patch.h"
 #include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polygon/polygon.h"
 
@@ -18,6 +19,8 @@ using geometry::Part;
 constexpr double kLeastRoom = 0.01;
 // Faces with a smaller inscribed circle are edges, m.
 constexpr double kLeastRadius = 1e-3;
+// A hull of several patches that they fill to this share is one face, as of boards side by side.
+constexpr double kFilled = 0.97;
 // A face this far from level is tilted, rad.
 constexpr double kTilted = 0.02;
 
@@ -41,9 +44,11 @@ geometry::Polygon Over(const FlatFacet& face, const Part& part) {
 
 std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape& shape, const Vector3d& up) {
   std::vector<UpperFace> faces;
-  faces.push_back({geometry::SupportPolygon(shape, up), -1, std::numeric_limits<double>::infinity(),
+  faces.push_back({geometry::SupportPolygon(shape, up), -1, std::numeric_limits<double>::infinity(), false,
                    shape.is_compound() ? "the top of " + name : name});
   if (!shape.is_compound()) return faces;
+  const bool hollow = FilledShare(shape, faces.front().facet) < kFilled;
+  faces.front().hollow = hollow;
   const double top = faces.front().facet.offset;
   for (size_t i = 0; i < shape.parts.size(); ++i) {
     UpperFace face;
@@ -51,7 +56,7 @@ std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape
     face.part = static_cast<int>(i);
     face.name = "part " + std::to_string(i + 1) + " of " + name;
     const double height = face.facet.offset;
-    if (face.facet.points.size() < 3 || height > top - kLeastRoom) continue;
+    if (face.facet.points.size() < 3 || (!hollow && height > top - kLeastRoom)) continue;
     if (InradiusOf(face.facet) < kLeastRadius) continue;
     bool covered = false;
     for (size_t j = 0; j < shape.parts.size() && !covered; ++j) {
@@ -85,6 +90,21 @@ const UpperFace& FaceAtHeight(const std::vector<UpperFace>& faces, double height
   return *std::min_element(faces.begin(), faces.end(), [&](const UpperFace& a, const UpperFace& b) {
     return std::abs(a.facet.offset - height) < std::abs(b.facet.offset - height) - 1e-9;
   });
+}
+
+const UpperFace& FaceUnder(const std::vector<UpperFace>& faces, double height,
+                           const Vector3d& centre_of_mass) {
+  const UpperFace& nearest = FaceAtHeight(faces, height);
+  const UpperFace* best = &nearest;
+  double best_inside = 0;
+  for (const UpperFace& face : faces) {
+    if (face.hollow || std::abs(face.facet.offset - nearest.facet.offset) > geometry::kInputLength) continue;
+    const double inside = geometry::ContainmentMargin(face.facet.polygon, face.facet.Project(centre_of_mass));
+    if (inside <= best_inside) continue;
+    best = &face;
+    best_inside = inside;
+  }
+  return *best;
 }
 
 namespace {

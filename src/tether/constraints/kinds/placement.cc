@@ -1,10 +1,14 @@
 #include "tether/constraints/kinds/placement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include <Eigen/Geometry>
 
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/grasps/upper_face.h"
+#include "tether/constraints/kinds/contact_patch.h"
 #include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polygon/polygon.h"
 
@@ -25,14 +29,26 @@ constexpr double kRound = 0.97;
 constexpr double kRoomForHand = 0.12;
 constexpr double kNarrowScore = 0.5;
 constexpr double kLowerScore = 0.05;
-// A top of which the parts that reach it make up less than this share is a rim or a few posts …
-constexpr double kSolidShare = 0.75;
-// … where hardly anything stands.
+constexpr double kNextScore = 0.001;
+// The centre of mass of what bridges several parts is this far inside of the contact, m.
+constexpr double kBridge = 0.004;
+// And inside of their hull by this share of its inscribed circle.
+constexpr double kAcross = 0.8;
+constexpr int kBridgeTurns = 24;
+// Across several parts, where the object is long enough; on a face that its foot does not fit on; across
+// parts where it hardly reaches them.
+constexpr double kAcrossScore = 0.25;
 constexpr double kHollowScore = 0.3;
 
-Demand FindDemand(const geometry::Shape& shape, const FlatFacet& foot, const FlatFacet& support,
-                  double margin) {
+Demand FindDemand(const geometry::Shape& shape, const Placement& placement, double margin) {
+  const FlatFacet &foot = placement.foot, &support = placement.support;
   Demand demand;
+  // What bridges several parts does so about their middle; how it is turned is the guess's.
+  if (placement.hollow) {
+    demand.points_A = {geometry::CentreOfMass(shape)};
+    demand.margin = kAcross * InradiusOf(support);
+    return demand;
+  }
   const auto fits = [&](double inset) {
     return geometry::FitsInside(foot.polygon, geometry::Shrink(support.polygon, inset)).has_value();
   };
@@ -73,17 +89,22 @@ double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
   return geometry::Support(shape, down) + geometry::Support(shape, -down);
 }
 
-/// The top of a compound is mostly air, as a bin's rim is.
-bool IsHollow(const Context& context, const std::string& on, const UpperFace& top) {
-  return *context.memo().Get<bool>("hollow(" + on + ")", [&] {
-    double covered = 0;
-    for (const geometry::Part& part : context.ShapeOf(on)->parts) {
-      const geometry::Shape alone(std::vector<geometry::Part>{part});
-      const FlatFacet facet = geometry::SupportPolygon(alone, top.facet.normal);
-      if (facet.points.size() >= 3 && facet.offset > top.facet.offset - geometry::kInputLength)
-        covered += geometry::Area(facet.polygon);
+/// In the middle of a hollow face, turned suitably, the object is carried by what it touches.
+bool Bridges(const Context& context, const std::string& object, const std::string& on,
+             const UpperFace& face) {
+  return *context.memo().Get<bool>("bridges(" + object + "," + on + ")", [&] {
+    const geometry::Shape &a = *context.ShapeOf(object), &b = *context.ShapeOf(on);
+    const Vector3d& up = face.facet.normal;
+    const Vector3d down = context.DownFace(object);
+    const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(down, -up).toRotationMatrix();
+    for (int i = 0; i < kBridgeTurns; ++i) {
+      Pose X_BA(math::ExpSO3(up * (2 * M_PI * i / kBridgeTurns)) * R, Vector3d::Zero());
+      X_BA.p = CentroidOf(face.facet) - X_BA.R * geometry::CentreOfMass(a);
+      const Eigen::Vector2d centre = face.facet.Project(X_BA * geometry::CentreOfMass(a));
+      if (geometry::ContainmentMargin(ContactHull(a, down, X_BA, b, face.facet), centre) >= kBridge)
+        return true;
     }
-    return covered < kSolidShare * geometry::Area(top.facet.polygon);
+    return false;
   });
 }
 
@@ -92,15 +113,21 @@ bool IsHollow(const Context& context, const std::string& on, const UpperFace& to
 int ChooseFace(const Context& context, const std::string& object, const std::string& on,
                const std::vector<UpperFace>& faces) {
   const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
+  const double foot =
+      InradiusOf(geometry::SupportPolygon(*context.ShapeOf(object), context.DownFace(object)));
+  int level = 0;
   std::vector<int> which;
   std::vector<Option> options;
   for (size_t i = 0; i < faces.size(); ++i) {
+    if (i > 0 && faces[i - 1].facet.offset > faces[i].facet.offset + geometry::kInputLength) ++level;
     if (faces[i].facet.points.size() < 3 || faces[i].headroom <= height) continue;
     const bool roomy = faces[i].headroom > height + kRoomForHand;
     which.push_back(static_cast<int>(i));
-    const bool hollow = faces[i].part < 0 && IsHollow(context, on, faces[i]);
-    options.push_back({"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + (hollow ? kHollowScore : 0) +
-                                                  kLowerScore * static_cast<double>(i)});
+    const double hardly = !faces[i].hollow ? (InradiusOf(faces[i].facet) < foot ? kHollowScore : 0)
+                          : Bridges(context, object, on, faces[i]) ? kAcrossScore
+                                                                   : 2 * kHollowScore;
+    options.push_back({"on " + faces[i].name, (roomy ? 0 : kNarrowScore) + hardly + kLowerScore * level +
+                                                  kNextScore * static_cast<double>(i)});
   }
   if (which.empty()) return 0;
   std::vector<size_t> order(which.size());
@@ -121,7 +148,8 @@ int PresentFace(const Context& context, const std::string& object, const std::st
   const Vector3d& up = faces.front().facet.normal;
   const double lowest =
       up.dot(X_BA.p) - geometry::Support(*context.ShapeOf(object), -(X_BA.R.transpose() * up));
-  return static_cast<int>(&FaceAtHeight(faces, lowest) - faces.data());
+  return static_cast<int>(&FaceUnder(faces, lowest, X_BA * geometry::CentreOfMass(*context.ShapeOf(object))) -
+                          faces.data());
 }
 
 }  // namespace
@@ -143,9 +171,15 @@ std::shared_ptr<const Placement> FindPlacement(const Context& context, const std
   }
   return context.memo().Get<Placement>(key, [&] {
     const auto foot = geometry::SupportPolygon(*a, context.DownFace(object));
-    if (!b->is_compound()) return Placement{foot, geometry::SupportPolygon(*b, -context.DownFace(on))};
+    if (!b->is_compound())
+      return Placement{foot, geometry::SupportPolygon(*b, -context.DownFace(on)), -1, false, {}};
     const UpperFace& chosen = (*UpperFacesOf(context, on))[static_cast<size_t>(face)];
-    return Placement{foot, chosen.facet, chosen.part};
+    Placement placement{foot, chosen.facet, chosen.part, chosen.hollow, {}};
+    for (const UpperFace& other : *UpperFacesOf(context, on)) {
+      if (other.part >= 0 && std::abs(other.facet.offset - chosen.facet.offset) <= geometry::kInputLength)
+        placement.level.push_back(other.part);
+    }
+    return placement;
   });
 }
 
@@ -165,8 +199,8 @@ std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string
                                        const std::string& by, const Placement& placement, double margin) {
   const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
                           std::to_string(margin) + ")";
-  return context.memo().Get<Demand>(
-      key, [&] { return FindDemand(*context.ShapeOf(object), placement.foot, placement.support, margin); });
+  return context.memo().Get<Demand>(key,
+                                    [&] { return FindDemand(*context.ShapeOf(object), placement, margin); });
 }
 
 }  // namespace tether::constraints

@@ -22,6 +22,8 @@ struct Placement {
   geometry::FlatFacet foot;     ///< Of the object, in its frame.
   geometry::FlatFacet support;  ///< Of what it stands on, in that frame.
   int part = -1;                ///< Of what it stands on, as in UpperFace.
+  bool hollow = false;          ///< As in UpperFace.
+  std::vector<int> level;       ///< The other parts at that height, which may be touched too.
 };
 
 /// Of what is put down at this step on the face that is chosen, else on that which it is on before. Null if

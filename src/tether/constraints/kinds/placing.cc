@@ -7,6 +7,7 @@
 #include "tether/constraints/core/words.h"
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/grasps/upper_face.h"
+#include "tether/constraints/kinds/contact_patch.h"
 #include "tether/constraints/kinds/kinds.h"
 #include "tether/constraints/kinds/placement.h"
 #include "tether/geometry/distance/bounds.h"
@@ -34,6 +35,8 @@ constexpr size_t kMostYaws = 4;
 constexpr double kBalance = 0.008;
 constexpr double kOfSize = 0.3;
 constexpr size_t kMostOfTower = 8;
+// A guess of what bridges several parts has its centre of mass this far inside of the contact, m.
+constexpr double kBridge = 0.004;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
@@ -74,6 +77,7 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
            MakeHalfSpaces({{p_AQ, up, placement->support.offset}}), frames);
   if (placement->part >= 0) {
     sink.Exempt(context.step(), on, object, placement->part);
+    for (const int part : placement->level) sink.Exempt(context.step(), on, object, part);
   } else {
     sink.Exempt(context.step(), object, on);
   }
@@ -191,6 +195,14 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   const std::vector<FaceEdge> edges = EdgesOf(placement->support);
   const Vector3d& up = placement->support.normal;
   const Pose start = X_TC;
+  // What bridges several parts has its centre of mass over where it touches them.
+  const auto carried = [&](const Pose& X) {
+    if (!placement->hollow) return true;
+    const geometry::Shape &a = *context.ShapeOf(object), &b = *context.ShapeOf(by);
+    const geometry::Polygon contact = ContactHull(a, placement->foot.normal, X, b, placement->support);
+    const Eigen::Vector2d centre = placement->support.Project(X * geometry::CentreOfMass(a));
+    return geometry::ContainmentMargin(contact, centre) >= kBridge;
+  };
   // For a yaw, the nearest place on the way to the middle where the demand holds.
   const auto place = [&](const Vector3d& from, double yaw) {
     Pose X(math::ExpSO3(up * yaw) * start.R, from);
@@ -199,7 +211,7 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
     goal += up * up.dot(from - goal);
     for (int i = 0; i <= 40; ++i) {
       X.p = from + (goal - from) * (i / 40.0);
-      if (!Holds(demand, edges, X)) continue;
+      if (!Holds(demand, edges, X) || !carried(X)) continue;
       X_TC = X;
       // Not at the very edge: on towards the middle, as far as that is sensible.
       const Vector3d rest = goal - X.p;
@@ -341,15 +353,19 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   if (a == nullptr || b == nullptr) return;
   const Pose X_BA =
       math::Between(context.PoseAt({by, context.step()}), context.PoseAt({object, context.step()}));
-  // In the plane of the support: the centre of mass over the polygon.
+  // In the plane of the support.
   FlatFacet support = geometry::SupportPolygon(*b, -context.DownFace(by));
   if (b->is_compound()) {
     const Vector3d& up = support.normal;
     const double bottom = up.dot(X_BA.p) - geometry::Support(*a, -(X_BA.R.transpose() * up));
     support = FaceAtHeight(*UpperFacesOf(context, by), bottom).facet;
   }
-  const double inside =
-      geometry::ContainmentMargin(support.polygon, support.Project(X_BA * geometry::CentreOfMass(*a)));
+  const Eigen::Vector2d centre = support.Project(X_BA * geometry::CentreOfMass(*a));
+  double inside = geometry::ContainmentMargin(support.polygon, centre);
+  // Over where the two touch, which of several parts is less than the hull of their tops.
+  const geometry::Polygon contact = ContactHull(*a, context.DownFace(object), X_BA, *b, support);
+  if (!contact.empty()) inside = std::min(inside, geometry::ContainmentMargin(contact, centre));
+  if (contact.empty() && inside >= 0) inside = std::min(-kInwards, -InradiusOf(support));
   findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] {
     return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by;
   });

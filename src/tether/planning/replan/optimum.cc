@@ -24,7 +24,7 @@ std::string FaceOf(const SceneFacts& facts, const BoundStep& step, const math::P
   const std::vector<constraints::UpperFace> faces = constraints::UpperFaces(target, *on, up);
   if (faces.size() < 2) return "";
   const double lowest = up.dot(X_TC.p) - geometry::Support(*object, -(X_TC.R.transpose() * up));
-  return constraints::FaceAtHeight(faces, lowest).name;
+  return constraints::FaceUnder(faces, lowest, X_TC * geometry::CentreOfMass(*object)).name;
 }
 
 }  // namespace
