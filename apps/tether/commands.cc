@@ -11,6 +11,7 @@
 #include "apps/tether/plan_table.h"
 #include "apps/tether/terminal.h"
 #include "tether/common/exit_code.h"
+#include "tether/common/file.h"
 #include "tether/common/limits.h"
 #include "tether/common/log.h"
 #include "tether/common/outputs.h"
@@ -239,6 +240,7 @@ int PlanCommand(const PlanArguments& arguments) {
   overrides.trace = !arguments.trace.empty();
   planning::Problem problem = scenario::MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
+  ReportingScope reporting;
   const uint64_t seed = problem.search.seed;
   outputs.Write(arguments.json, planning::WritePlanReport(report, loaded.scenario.title, seed));
   if (!arguments.trace.empty()) outputs.Write(arguments.trace, planning::WriteTrace(report, seed));
@@ -254,6 +256,7 @@ int PlanCommand(const PlanArguments& arguments) {
     }
   }
   outputs.Finish();
+  reporting.Done();
   return ExitCodeOf(report.status);
 }
 
@@ -294,6 +297,7 @@ int RunCommand(const RunArguments& arguments) {
   Value plan_report;
   const auto plan = ObtainPlan(arguments, loaded, scene, terminal, exit_code, plan_report);
   if (!plan) {
+    ReportingScope reporting;
     evaluation::RunReport none;
     none.status = exit_code == kExitInterrupted ? evaluation::RunStatus::kInterrupted
                                                 : evaluation::RunStatus::kNotCalled;
@@ -303,6 +307,7 @@ int RunCommand(const RunArguments& arguments) {
     outputs.Write(arguments.json,
                   evaluation::WriteRunReport(none, scenario.title, seed).Set("planning", plan_report));
     outputs.Finish();
+    reporting.Done();
     return exit_code == kExitSuccess ? kExitInternal : exit_code;
   }
   std::string names;
@@ -322,6 +327,7 @@ int RunCommand(const RunArguments& arguments) {
   const Limits none;
   const LimitsScope scope(none);
   const evaluation::RunReport report = evaluation::RunPlan(scenario, scene, *loaded.task, *plan, options);
+  ReportingScope reporting;
   PrintJudgement(report, terminal);
   PrintMargins(report, terminal);
   if (options.log) outputs.Write(arguments.log, evaluation::WriteRunLog(report.log));
@@ -329,6 +335,7 @@ int RunCommand(const RunArguments& arguments) {
   if (!plan_report.is_null()) json.Set("planning", plan_report);
   outputs.Write(arguments.json, json);
   outputs.Finish();
+  reporting.Done();
   return ExitCodeOf(report.status);
 }
 
@@ -375,10 +382,12 @@ int CampaignCommand(const CampaignArguments& arguments) {
         const std::string line = bench::CampaignLine(number, count, record);
         if (!line.empty()) terminal.Print(line);
       });
+  ReportingScope reporting;
   const Value summary = bench::SummarizeCampaign(options, result);
   terminal.Print(bench::CampaignTable(summary));
   outputs.Write(arguments.json, summary);
   outputs.Finish();
+  reporting.Done();
   if (!result.interrupted) return kExitSuccess;
   terminal.Print(terminal.Yellow(
       "interrupted" + (options.output.empty() ? "" : "; the same command goes on from " + options.output)));

@@ -43,6 +43,18 @@ CLI::Validator WholeNumber() {
       "");
 }
 
+/// What is given as '' was meant to be something: a shell's variable that is not set, most likely.
+void RefuseEmptyValues(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (!option->nonpositional() || option->get_expected_max() == 0) continue;
+    const std::string what =
+        option->get_type_name() == "FORMULA" ? "the formula is empty" : "the value is empty";
+    option->check(
+        CLI::Validator([what](std::string& text) -> std::string { return text.empty() ? what : ""; }, ""));
+  }
+  for (CLI::App* one : command.get_subcommands({})) RefuseEmptyValues(*one);
+}
+
 void AddMemoryLimit(CLI::App& command, size_t& bytes) {
   command
       .add_option_function<std::string>(
@@ -396,6 +408,7 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   for (CLI::App* one : app.get_subcommands({})) {
     if (one->get_option_no_throw("--memory-limit") == nullptr) AddMemoryLimit(*one, memory_limit);
   }
+  RefuseEmptyValues(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -71,6 +71,59 @@ TEST_F(OutputsTest, WhatIsReadIsNotWrittenTo) {
   EXPECT_THAT(both.err, HasSubstr("--json and --log are both -"));
 }
 
+TEST_F(OutputsTest, OneOutputByTwoNames) {
+  fs::create_directory(Path("sub"));
+  fs::create_directory_symlink(".", Path("here"));
+  const std::string in = "cd '" + folder_.path().string() + "';";
+  for (const std::string& other :
+       {std::string("./a.json"), std::string("sub/../a.json"), std::string("here/a.json"), Path("a.json")}) {
+    const std::string names = "a.json --json '" + other + "'";
+    for (const std::string& command :
+         {"plan " + Scenario("stacking") + " --output ", "plan " + Scenario("stacking") + " --trace ",
+          "run " + Scenario("stacking") + " --log ",
+          std::string("campaign robustness --scenes 1 --kind reach --restarts 1 --output ")}) {
+      const Outcome outcome = Tether(command + names, in);
+      EXPECT_EQ(outcome.exit_code, 2) << command << names;
+      EXPECT_THAT(outcome.err, HasSubstr("are both")) << command << names;
+      EXPECT_FALSE(fs::exists(Path("a.json")));
+    }
+  }
+}
+
+TEST_F(OutputsTest, EmptyValuesAreRefused) {
+  const std::string task =
+      "task '" + kSource + "/scenarios/hanoi/domain.pddl' '" + kSource + "/scenarios/hanoi/problem.pddl'";
+  for (const std::string& command : {task, "plan " + Scenario("stacking"), "run " + Scenario("stacking")}) {
+    for (const char* formula : {"''", "' '"}) {
+      const Outcome goal = Tether(command + " --goal " + formula);
+      EXPECT_EQ(goal.exit_code, 2) << command;
+      EXPECT_THAT(goal.err, HasSubstr("the formula is empty")) << command;
+    }
+    for (const char* option : {"--json", "--search", "--semantics"}) {
+      const Outcome outcome = Tether(command + " " + option + " ''");
+      EXPECT_EQ(outcome.exit_code, 2) << command << option;
+      EXPECT_THAT(outcome.err, HasSubstr(std::string(option) + ": the value is empty")) << command;
+    }
+    const Outcome nan = Tether(command + " --time-limit nan");
+    EXPECT_EQ(nan.exit_code, 2) << command;
+    EXPECT_THAT(nan.err, HasSubstr("--time-limit is not a number")) << command;
+  }
+}
+
+TEST_F(OutputsTest, CheckReadsEachFileOnce) {
+  // Two pipes, each of which can be read once.
+  WriteFile(Path("s.yaml"),
+            "format: tether.scenario/1\nobjects:\n  t: {shape: {box: [1, 1, 1]}}\n"
+            "robots: {panda: {model: panda, pose: {position: [0, 0, 2]}}}\n");
+  const std::string in = "cd '" + folder_.path().string() + "'; mkfifo one two; ";
+  const std::string library = kSource + "/models/actions/manipulation.yaml";
+  const std::string writers = "(cat '" + library + "' > one) 3>&- & (cat s.yaml > two) 3>&- & ";
+  const Outcome outcome = Tether("check one two < /dev/null", in + "exec 3>&1; exec > /dev/null; " + writers +
+                                                                  "exec >&3 3>&-; timeout 20");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("two: scenario, ok"));
+}
+
 TEST_F(OutputsTest, StdoutWriteErrorsIgnored) {
   for (const std::string command : {"automaton 'F a' --json -", "automaton 'F a'", "automaton 'F a' --hoa",
                                     "automaton 'F a' --dot", "--help", "--version", "check --help"}) {

@@ -11,11 +11,13 @@ namespace {
 constexpr int kInterrupted = 130;
 constexpr long kGraceNs = 300'000'000;
 constexpr long kWaitNs = 20'000'000;  // Between looks at whether files are whole.
-constexpr int kMostWaits = 500;
+constexpr int kMostWaits = 500;       // Looks at a disk that does not take more of a file.
+constexpr int kMostStalled = 25;      // Looks at results that nobody takes.
 
 std::atomic<bool> stop_requested{false}, finished{false};
 std::atomic<long> first_s{0};
-std::atomic<int> waits{0};
+std::atomic<int> waits{0};  // Looks since results went on being written.
+std::atomic<uint64_t> written{0};
 std::atomic<bool> has_timer{false};
 timer_t timer;
 
@@ -25,13 +27,24 @@ void SetTimer(long nanoseconds) {
   timer_settime(timer, 0, &spec, nullptr);
 }
 
+void End() {
+  tether::RemoveUnfinishedFiles();
+  if (!finished && !tether::IsReported()) {
+    constexpr char kText[] = "interrupted: ended before a report could be written in time\n";
+    if (write(STDERR_FILENO, kText, sizeof kText - 1) < 0) _exit(kInterrupted);
+  }
+  _exit(kInterrupted);
+}
+
 extern "C" void EndNow(int) {
-  if (tether::IsWriting() && ++waits < kMostWaits && !finished) {
+  const uint64_t pieces = tether::WritingProgress();
+  waits = written.exchange(pieces) == pieces ? waits + 1 : 0;
+  const int most = tether::IsWriting() ? kMostWaits : tether::IsReporting() ? kMostStalled : 0;
+  if (waits < most && !finished) {
     SetTimer(kWaitNs);
     return;
   }
-  tether::RemoveUnfinishedFiles();
-  _exit(kInterrupted);
+  End();
 }
 
 extern "C" void RequestStop(int) {
@@ -42,8 +55,7 @@ extern "C" void RequestStop(int) {
     first_s = now.tv_sec;
     if (has_timer) SetTimer(kGraceNs);
   } else if (now.tv_sec - first_s > 1) {
-    tether::RemoveUnfinishedFiles();
-    _exit(kInterrupted);
+    End();
   }
 }
 

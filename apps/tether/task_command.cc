@@ -31,8 +31,11 @@ void Validate(const TaskArguments& arguments) {
         {}, "--max-plans is " + std::to_string(arguments.max_plans) + ", but --search greedy finds one plan",
         "astar, dijkstra or bfs find as many as are wanted");
   }
-  if (!(arguments.time_limit_s >= 0))
-    mistakes.Add({}, "--time-limit is negative", "seconds, or 0 for no limit");
+  if (!(arguments.time_limit_s >= 0)) {
+    mistakes.Add({},
+                 std::string("--time-limit is ") + (arguments.time_limit_s < 0 ? "negative" : "not a number"),
+                 "seconds, or 0 for no limit");
+  }
   if (arguments.goal.empty() && arguments.semantics != "cosafe") {
     mistakes.Add({}, "--semantics is of no use without --goal", "--goal FORMULA");
   }
@@ -68,14 +71,27 @@ std::string Count(uint64_t number, const std::string& what) {
   return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
 }
 
-void Print(const TaskReport& report, const symbolic::Task* task, const Terminal& terminal) {
+void PrintPlans(const TaskReport& report, const symbolic::Task* task, const Terminal& terminal) {
+  constexpr size_t kPiece = size_t{1} << 16;
+  std::string text;  // Some plans at once: there may be millions.
+  const auto print = [&] {
+    if (!text.empty()) text.pop_back();
+    if (!text.empty()) terminal.Print(text);
+    text.clear();
+  };
   for (const task::Skeleton& plan : report.plans) {
     char cost[32];
     FormatInto(cost, sizeof cost, "%.10g", plan.cost);
-    terminal.Print(terminal.Bold("cost " + std::string(cost)) + "  " +
-                   terminal.Dim(Count(plan.actions.size(), "action")));
-    for (int action : plan.actions) terminal.Print("  " + task->actions()[static_cast<size_t>(action)].name);
+    text += terminal.Bold("cost " + std::string(cost)) + "  " +
+            terminal.Dim(Count(plan.actions.size(), "action")) + "\n";
+    for (int action : plan.actions) text += "  " + task->actions()[static_cast<size_t>(action)].name + "\n";
+    if (text.size() > kPiece) print();
   }
+  print();
+}
+
+void Print(const TaskReport& report, const symbolic::Task* task, const Terminal& terminal) {
+  PrintPlans(report, task, terminal);
   const std::string message = Message(report);
   if (!message.empty())
     terminal.Print(report.plans.empty() ? terminal.Red(message) : terminal.Yellow(message));
@@ -113,7 +129,7 @@ void SearchGreedily(task::Product& product, const task::SearchLimits& limits, Ta
 
 /// Counts what can be reached in the whole task, whatever part of it was searched.
 void CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
-                           const task::SearchLimits& limits, TaskReport& report) {
+                    const task::SearchLimits& limits, TaskReport& report) {
   std::optional<task::SkeletonSearch> other;
   if (&search.task() != whole.get()) other.emplace(whole, task::SkeletonOptions{.blind = true});
   task::SkeletonSearch& all = other ? *other : search;
@@ -189,33 +205,60 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
   return report;
 }
 
-Value WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
-                      const TaskArguments& arguments) {
-  Value json = OutputHeader("tether.task_report/1", 0);
-  json.Set("domain", problem.domain->name).Set("problem", problem.name);
-  if (!arguments.goal.empty()) json.Set("goal", arguments.goal).Set("semantics", arguments.semantics);
-  json.Set("status", StatusName(report)).Set("complete", report.complete).Set("message", Message(report));
-  Value plans = Value::Array();
-  for (const task::Skeleton& plan : report.plans) {
-    Value actions = Value::Array();
-    for (int action : plan.actions) actions.Append(task->actions()[static_cast<size_t>(action)].name);
-    plans.Append(Value::Object().Set("actions", std::move(actions)).Set("cost", plan.cost));
+namespace {
+
+/// The members of an object without its braces, as they stand in one of two spaces' indent.
+std::string MembersText(const Value& object) {
+  const std::string text = WriteJson(object);
+  return text.substr(2, text.size() - 5);  // "{\n", "\n}\n"
+}
+
+/// The member "plans": there may be millions, so that they are never a document in memory.
+void WritePlans(const TaskReport& report, const symbolic::Task* task, const TextSink& sink) {
+  sink("  \"plans\": [");
+  std::vector<std::string> names;
+  if (task != nullptr && !report.plans.empty()) {
+    for (const auto& action : task->actions()) names.push_back(WriteJson(Value(action.name), 0));
   }
-  json.Set("plans", std::move(plans));
+  std::string text;
+  for (const task::Skeleton& plan : report.plans) {
+    text =
+        &plan == &report.plans.front() ? "\n    {\n      \"actions\": [" : ",\n    {\n      \"actions\": [";
+    for (size_t i = 0; i < plan.actions.size(); ++i) {
+      if (i > 0) text += ", ";
+      text += names[static_cast<size_t>(plan.actions[i])];
+    }
+    text += "],\n      \"cost\": " + WriteJson(Value(plan.cost), 0) + "\n    }";
+    sink(text);
+  }
+  sink(report.plans.empty() ? "]" : "\n  ]");
+}
+
+}  // namespace
+
+void WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
+                     const TaskArguments& arguments, const TextSink& sink) {
+  Value head = OutputHeader("tether.task_report/1", 0);
+  head.Set("domain", problem.domain->name).Set("problem", problem.name);
+  if (!arguments.goal.empty()) head.Set("goal", arguments.goal).Set("semantics", arguments.semantics);
+  head.Set("status", StatusName(report)).Set("complete", report.complete).Set("message", Message(report));
+  sink("{\n" + MembersText(head) + ",\n");
+  WritePlans(report, task, sink);
   Value search = Value::Object();
   search.Set("algorithm", arguments.search);
   search.Set("expanded", report.expanded).Set("generated", report.generated);
   if (report.reachable) search.Set("reachable", *report.reachable);
   search.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
-  json.Set("search", std::move(search));
-  json.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
+  Value tail = Value::Object();
+  tail.Set("search", std::move(search));
+  tail.Set("search_s", report.search_s).Set("ground_s", report.ground_s).Set("parse_s", report.parse_s);
   if (task != nullptr) {
-    json.Set("task", Value::Object()
+    tail.Set("task", Value::Object()
                          .Set("atoms", static_cast<uint64_t>(task->atoms().size()))
                          .Set("actions", static_cast<uint64_t>(task->actions().size())));
   }
-  if (report.automaton_states) json.Set("automaton", Value::Object().Set("states", *report.automaton_states));
-  return json;
+  if (report.automaton_states) tail.Set("automaton", Value::Object().Set("states", *report.automaton_states));
+  sink(",\n" + MembersText(tail) + "\n}\n");
 }
 
 int TaskCommand(const TaskArguments& arguments) {
@@ -226,6 +269,7 @@ int TaskCommand(const TaskArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
   const Limits limits = arguments.MakeLimits();
   const LimitsScope scope(limits);
+  std::optional<ReportingScope> reporting;  // Outlives what is found.
   auto begin = std::chrono::steady_clock::now();
   const auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
   const double parse_s = Since(begin);
@@ -244,9 +288,13 @@ int TaskCommand(const TaskArguments& arguments) {
   }
   report.parse_s = parse_s;
   report.ground_s = ground_s;
+  reporting.emplace();
   Print(report, task.get(), terminal);
-  outputs.Write(arguments.json, WriteTaskReport(report, *problem, task.get(), arguments));
+  outputs.WriteText(arguments.json, [&](const TextSink& sink) {
+    WriteTaskReport(report, *problem, task.get(), arguments, sink);
+  });
   outputs.Finish();
+  reporting->Done();
   return ExitCodeOf(report);
 }
 

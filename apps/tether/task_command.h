@@ -1,11 +1,12 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tether/common/document/value.h"
+#include "tether/common/file.h"
 #include "tether/common/limits.h"
 #include "tether/symbolic/grounding/task.h"
 #include "tether/task/search/skeleton.h"
@@ -33,8 +34,8 @@ struct TaskReport {
   task::SearchStatus ended = task::SearchStatus::kExhausted;  ///< Why there are not more plans.
   bool unsatisfiable = false;                                 ///< The temporal goal holds of no word at all.
   bool grounded = true;                                       ///< Otherwise a limit was reached before.
-  bool complete = false;  ///< Nothing that was asked for is missing because of a limit.
-  std::vector<task::Skeleton> plans;
+  bool complete = false;             ///< Nothing that was asked for is missing because of a limit.
+  std::deque<task::Skeleton> plans;  ///< Grows without a copy of what is there.
   uint64_t expanded = 0, generated = 0;
   std::optional<uint64_t> reachable;    ///< States of the product, where all of them were explored.
   std::optional<int> automaton_states;  ///< Those the search met, where the goal is temporal.
@@ -45,9 +46,9 @@ struct TaskReport {
 TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments,
                       const Limits& limits);
 
-/// Format `tether.task_report/1`; `task` is null if grounding came to no end.
-Value WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
-                      const TaskArguments& arguments);
+/// Format `tether.task_report/1`, piece by piece; `task` is null if grounding came to no end.
+void WriteTaskReport(const TaskReport& report, const symbolic::Problem& problem, const symbolic::Task* task,
+                     const TaskArguments& arguments, const TextSink& sink);
 
 /// `tether task`: prints the plans and returns the exit code. Throws InputError for bad input.
 int TaskCommand(const TaskArguments& arguments);

@@ -1,6 +1,7 @@
 #include "apps/tether/terminal.h"
 
 #include "tether/common/error.h"
+#include "tether/common/file.h"
 #include "tether/common/text.h"
 
 #include <atomic>
@@ -27,6 +28,7 @@ Terminal::Terminal(bool to_stderr) : file_(to_stderr ? stderr : stdout) {
 
 void Terminal::Print(const std::string& text) const {
   const bool written = std::fputs((text + "\n").c_str(), file_) >= 0 && std::fflush(file_) == 0;
+  NoteProgress();
   // Not thrown: plans are printed while others are still searched for.
   if (!written && file_ == stdout) lost = errno;
 }

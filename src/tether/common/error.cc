@@ -122,6 +122,7 @@ std::string JoinAlternatives(const std::vector<std::string>& words) {
 }
 
 std::string SuggestFrom(std::string_view word, const std::vector<std::string>& known) {
+  if (known.empty()) return "accepted: none, since there is none";
   const std::string nearest = NearestMatch(word, known);
   return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "accepted: " + JoinAlternatives(known);
 }

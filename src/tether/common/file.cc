@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -24,7 +25,10 @@ namespace fs = std::filesystem;
 
 constexpr int kMostLinks = 40;  // As Linux follows them.
 
-std::atomic<int> writing{0};
+std::atomic<int> writing{0}, reporting{0};
+std::atomic<bool> reported{false};
+std::atomic<uint64_t> progress{0};
+constexpr size_t kPiece = size_t{1} << 16;
 // Temporary files, for a signal handler. One that writes more at once than there are slots leaves them behind
 // if it is ended meanwhile.
 std::array<std::atomic<const char*>, 16> unfinished{};
@@ -58,9 +62,11 @@ class Descriptor {
 /// The error, or 0.
 int WriteAll(int fd, std::string_view text) {
   while (!text.empty()) {
-    const ssize_t written = write(fd, text.data(), text.size());
+    // In pieces, so that whoever waits for it sees that it goes on.
+    const ssize_t written = write(fd, text.data(), std::min(text.size(), 16 * kPiece));
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return errno;
+    NoteProgress();
     text.remove_prefix(static_cast<size_t>(written));
   }
   return 0;
@@ -206,12 +212,32 @@ class Temporary {
   std::atomic<const char*>* slot_ = nullptr;
 };
 
-void ReplaceFile(const std::string& given, const Destination& to, std::string_view text) {
+/// Writes what `source` hands over to a descriptor, in pieces of some size.
+void WriteFrom(const std::string& given, int fd, const TextSource& source) {
+  std::string buffer;
+  const auto flush = [&](std::string_view text) {
+    if (const int error = WriteAll(fd, text)) FailToWrite(given, Reason(error));
+  };
+  source([&](std::string_view text) {
+    if (buffer.size() + text.size() > kPiece) {
+      flush(buffer);
+      buffer.clear();
+    }
+    if (text.size() > kPiece) {
+      flush(text);
+    } else {
+      buffer += text;
+    }
+  });
+  flush(buffer);
+}
+
+void ReplaceFile(const std::string& given, const Destination& to, const TextSource& source) {
   const WritingScope scope;
   // Until it has the mode of what it replaces, nobody else may look into it.
   Temporary temporary(FolderOf(to.path).string(), to.exists ? 0600 : 0666);
   if (temporary.error() != 0) FailToWrite(given, Reason(temporary.error()));
-  if (const int error = WriteAll(temporary.fd(), text)) FailToWrite(given, Reason(error));
+  WriteFrom(given, temporary.fd(), source);
   if (to.exists) {
     // Only root may give files away; then a group that is not ours goes, with what it was allowed.
     const bool owned = fchown(temporary.fd(), to.status.st_uid, to.status.st_gid) == 0;
@@ -230,7 +256,6 @@ std::string ReadFile(const std::string& path) {
   if (file.get() < 0 || fstat(file.get(), &status) != 0) Fail(path, "read", Reason(errno), accepted);
   std::string text;
   if (S_ISREG(status.st_mode)) text.reserve(std::min(static_cast<size_t>(status.st_size), kMaxFileBytes) + 1);
-  constexpr size_t kPiece = size_t{1} << 16;
   for (;;) {
     const size_t before = text.size();
     if (before > kMaxFileBytes) {
@@ -261,35 +286,47 @@ bool WasRead(const std::string& path) {
 }
 
 void WriteFile(const std::string& path, std::string_view text) {
+  WriteFile(path, [&](const TextSink& sink) { sink(text); });
+}
+
+void WriteFile(const std::string& path, const TextSource& source) {
   const std::string problem = WhyNotWritable(path);
   if (!problem.empty()) FailToWrite(path, problem);
   const Destination to = FindDestination(path);
   if (to.stream >= 0) {
     std::fflush(to.stream == STDERR_FILENO ? stderr : stdout);  // What was said before stands before.
-    if (const int error = WriteAll(to.stream, text)) FailToWrite(path, Reason(error));
+    WriteFrom(path, to.stream, source);
   } else if (to.regular()) {
-    ReplaceFile(path, to, text);
+    ReplaceFile(path, to, source);
   } else {
     Descriptor file(open(to.path.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
     if (file.get() < 0) FailToWrite(path, Reason(errno));
-    if (const int error = WriteAll(file.get(), text)) FailToWrite(path, Reason(error));
+    WriteFrom(path, file.get(), source);
     if (const int error = file.Close()) FailToWrite(path, Reason(error));
   }
 }
 
 void WriteStandardOutput(std::string_view text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() &&
-                       std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  if (written) return;
-  throw InputError("cannot write to standard output: " + Reason(errno));
+  WriteOutput("-", [&](const TextSink& sink) { sink(text); });
 }
 
 void WriteOutput(const std::string& path, std::string_view text) {
-  if (path == "-") {
-    WriteStandardOutput(text);
-  } else {
-    WriteFile(path, text);
+  WriteOutput(path, [&](const TextSink& sink) { sink(text); });
+}
+
+void WriteOutput(const std::string& path, const TextSource& source) {
+  if (path != "-") {
+    WriteFile(path, source);
+    return;
   }
+  const auto require = [](bool written) {
+    if (!written) throw InputError("cannot write to standard output: " + Reason(errno));
+    NoteProgress();
+  };
+  source([&](std::string_view text) {
+    require(std::fwrite(text.data(), 1, text.size(), stdout) == text.size());
+  });
+  require(std::fflush(stdout) == 0 && std::ferror(stdout) == 0);
 }
 
 std::string WhyNotWritable(const std::string& path) {
@@ -310,12 +347,26 @@ bool IsSameFile(const std::string& a, const std::string& b) {
   if (first.exists != second.exists || !first.regular() || !second.regular()) return false;
   if (first.exists)
     return first.status.st_dev == second.status.st_dev && first.status.st_ino == second.status.st_ino;
-  std::error_code error;
-  return fs::weakly_canonical(first.path, error) == fs::weakly_canonical(second.path, error);
+  // The folders are there, or nothing can be written: so links and dots in them can be followed.
+  const auto place = [](const std::string& path) {
+    std::error_code error;
+    const fs::path folder = fs::weakly_canonical(fs::absolute(FolderOf(path), error), error);
+    return folder / fs::path(path).filename();
+  };
+  return place(first.path) == place(second.path);
 }
 
 WritingScope::WritingScope() { ++writing; }
 WritingScope::~WritingScope() { --writing; }
+
+ReportingScope::ReportingScope() { ++reporting; }
+ReportingScope::~ReportingScope() { --reporting; }
+void ReportingScope::Done() { reported = true; }
+
+void NoteProgress() noexcept { ++progress; }
+uint64_t WritingProgress() noexcept { return progress.load(); }
+bool IsReporting() noexcept { return reporting.load() > 0 && !IsReported(); }
+bool IsReported() noexcept { return reported.load(); }
 
 bool IsWriting() noexcept { return writing.load() > 0; }
 

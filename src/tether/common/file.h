@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -22,11 +24,21 @@ bool WasRead(const std::string& path);
 /// the system's reason.
 void WriteFile(const std::string& path, std::string_view text);
 
+/// Takes the next piece of a text that is written.
+using TextSink = std::function<void(std::string_view)>;
+/// Hands a text to a sink piece by piece, for texts too long to be held as a whole.
+using TextSource = std::function<void(const TextSink&)>;
+
+/// The same for what `source` hands over. It is called once; what it throws is passed on, and is as if
+/// writing had failed.
+void WriteFile(const std::string& path, const TextSource& source);
+
 /// Writes to standard output and flushes it. Throws InputError if that fails.
 void WriteStandardOutput(std::string_view text);
 
 /// To standard output if `path` is "-", else to the file.
 void WriteOutput(const std::string& path, std::string_view text);
+void WriteOutput(const std::string& path, const TextSource& source);
 
 /// What stands in the way of writing to `path`, in the system's words; empty if nothing does. Writes nothing.
 std::string WhyNotWritable(const std::string& path);
@@ -43,6 +55,28 @@ class WritingScope {
   WritingScope(const WritingScope&) = delete;
   WritingScope& operator=(const WritingScope&) = delete;
 };
+
+/// While one lives, results are being put together and written, regular files or not: a program that has to
+/// end should wait as long as that goes on.
+class ReportingScope {
+ public:
+  ReportingScope();
+  ~ReportingScope();
+  ReportingScope(const ReportingScope&) = delete;
+  ReportingScope& operator=(const ReportingScope&) = delete;
+
+  /// All results are written: whatever else is left to be done may be cut off.
+  void Done();
+};
+
+/// Tells that a piece of the results was written.
+void NoteProgress() noexcept;
+
+/// For a signal handler that ends the program: how many pieces were written so far; whether results are being
+/// written; and whether all of them are.
+uint64_t WritingProgress() noexcept;
+bool IsReporting() noexcept;
+bool IsReported() noexcept;
 
 /// For a signal handler that ends the program: whether regular files are being written, and the removal of
 /// those that are not whole.

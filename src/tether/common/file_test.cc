@@ -151,10 +151,41 @@ TEST_F(FileTest, SameFilesAreFoundOut) {
   EXPECT_TRUE(IsSameFile(Path("new"), Path("dangling")));
   EXPECT_TRUE(IsSameFile(Path("new"), Path("./new")));
   EXPECT_FALSE(IsSameFile(Path("a"), Path("new")));
+  fs::create_directory(Path("sub"));
+  fs::create_directory_symlink("sub", Path("sub_link"));
+  EXPECT_TRUE(IsSameFile(Path("new"), Path("sub/../new")));
+  EXPECT_TRUE(IsSameFile(Path("sub/new"), Path("sub_link/new")));
+  EXPECT_FALSE(IsSameFile(Path("new"), Path("sub/new")));
+  // Neither is there.
+  EXPECT_TRUE(IsSameFile("no_such_file", "./no_such_file"));
+  EXPECT_TRUE(IsSameFile("no_such_file", (fs::current_path() / "no_such_file").string()));
+  EXPECT_FALSE(IsSameFile("no_such_file", "./no_such_other"));
   EXPECT_FALSE(IsSameFile("/dev/null", "/dev/null")) << "which both may write to";
   EXPECT_FALSE(WasRead(Path("a")));
   ReadFile(Path("link"));
   EXPECT_TRUE(WasRead(Path("a")));
+}
+
+TEST_F(FileTest, TextsAreWrittenPieceByPiece) {
+  const std::string path = Path("o.json");
+  std::string whole;
+  const uint64_t before = WritingProgress();
+  WriteFile(path, [&](const TextSink& sink) {
+    for (int i = 0; i < 50; ++i) {
+      const std::string piece(static_cast<size_t>(i) * 3000, static_cast<char>('A' + i));
+      whole += piece;
+      sink(piece);
+    }
+  });
+  EXPECT_EQ(ReadFile(path), whole);
+  EXPECT_GT(WritingProgress(), before + 10);
+  const auto fail = [](const TextSink& sink) {
+    sink(std::string(300000, 'x'));
+    throw InputError("cut", "");
+  };
+  EXPECT_THROW(WriteFile(path, fail), InputError);
+  EXPECT_EQ(ReadFile(path), whole) << "what is not whole replaces nothing";
+  EXPECT_EQ(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}), 1);
 }
 
 TEST_F(FileTest, EndlessFilesAreRefused) {

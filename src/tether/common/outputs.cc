@@ -1,7 +1,5 @@
 #include "tether/common/outputs.h"
 
-#include "tether/common/file.h"
-
 namespace tether {
 
 void Outputs::Add(const std::string& path, const char* option) {
@@ -46,9 +44,13 @@ void Outputs::RequireUnread() const {
 }
 
 void Outputs::WriteText(const std::string& path, std::string_view text) {
+  WriteText(path, [&](const TextSink& sink) { sink(text); });
+}
+
+void Outputs::WriteText(const std::string& path, const TextSource& source) {
   if (path.empty()) return;
   try {
-    WriteOutput(path, text);
+    WriteOutput(path, source);
   } catch (const InputError& error) {
     problems_.Add(error);
   }

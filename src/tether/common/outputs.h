@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tether/common/document/value.h"
+#include "tether/common/file.h"
 
 namespace tether {
 
@@ -22,6 +23,7 @@ class Outputs {
 
   /// One that can't be written doesn't keep the others from it; Finish() says so.
   void WriteText(const std::string& path, std::string_view text);
+  void WriteText(const std::string& path, const TextSource& source);
   void Write(const std::string& path, const Value& value);
   /// Throws InputError if one could not be written.
   void Finish() const { problems_.ThrowIfAny(); }

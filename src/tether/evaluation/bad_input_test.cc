@@ -50,6 +50,12 @@ class BadInputTest : public ::testing::Test {
   ScratchFolder folder_;
 };
 
+TEST_F(BadInputTest, NothingIsAcceptedWhereNothingIs) {
+  EXPECT_THAT(ErrorOf("format: tether.scenario/1\nobjects:\n  box: {shape: {box: [1, 1, 1]}}\nevents:\n"
+                      "  - {when: {starts: place(box)}, move: {object: box, by: [0, 1, 0], over: 1}}\n"),
+              HasSubstr("unknown action 'place' in event (accepted: none, since there is none)"));
+}
+
 TEST_F(BadInputTest, NegativeCapacitySegfault) {
   const std::string scene = Text("scenarios/assistive.yaml");
   for (const char* capacity : {"-1", "-2147483647", "-9223372036854775808"}) {

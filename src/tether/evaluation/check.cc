@@ -3,12 +3,16 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <variant>
 
+#include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/constraints/core/kind.h"
+#include "tether/evaluation/run.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/skeleton/skeleton_binding.h"
 #include "tether/scenario/problem.h"
 #include "tether/scenario/scene_reader.h"
 #include "tether/scene/resting_contact.h"
@@ -28,11 +32,12 @@ class FileChecker {
       const size_t before = diagnostics_.list().size();
       checks_.push_back({file, "", {}, {}});
       try {
-        const Value document = ReadYaml(file);
+        const std::string text = ReadFile(file);  // Once: a pipe gives it only once.
+        const Value document = ParseYaml(text, file);
         const Value* format = document.Find("format");
         const std::string name = format == nullptr ? "" : format->AsText();
         if (name == scenario::kScenarioFormat) {
-          CheckScenario(file, checks_.back());
+          CheckScenario(file, text, checks_.back());
         } else if (name == planning::kActionsFormat) {
           CheckLibrary(document, checks_.back());
         } else if (name == "tether.events/1") {
@@ -76,9 +81,9 @@ class FileChecker {
                      SuggestFrom(name, formats));
   }
 
-  void CheckScenario(const std::string& file, FileCheck& check) {
+  void CheckScenario(const std::string& file, const std::string& text, FileCheck& check) {
     check.kind = "scenario";
-    scenario::Scenario scenario = scenario::LoadScenario(file);
+    scenario::Scenario scenario = scenario::LoadScenario(file, {{file, text}});
     // What only the simulation refuses is a mistake all the same.
     sim::RequireSimulable(scenario.scene, scenario.models, scene::InitialPoses(scenario.scene));
     check.problems = CheckGeometry(scenario);
@@ -144,6 +149,7 @@ class FileChecker {
     Diagnostics mistakes;
     const planning::Plan plan = planning::ParsePlan(document, scenario.scene, scenario.actions, mistakes);
     mistakes.ThrowIfAny();
+    RequireRunnablePlan(scenario, plan, check.file);
     const planning::Problem problem = scenario::MakeProblem(scenario, scenario.scene, {});
     const planning::CheckResult result = planning::CheckPlan(problem, plan);
     for (const planning::CheckFinding& finding : result.findings) {
@@ -152,10 +158,60 @@ class FileChecker {
       check.problems.push_back(finding.action + ": " + finding.label + " is violated by " +
                                Fixed(1e3 * finding.amount, 2) + (metres ? " mm" : " mrad"));
     }
+    CheckGrasps(scenario, plan, check);
     CheckGoal(scenario, plan, check);
     check.notes.push_back("cost " + Fixed(result.cost, 4) + ", largest violation " +
                           Fixed(1e3 * result.max_violation_m, 3) + " mm and " +
                           Fixed(1e3 * result.max_violation_rad, 3) + " mrad");
+  }
+
+  /// What only `tether run` refuses is a mistake all the same.
+  static void RequireRunnablePlan(const scenario::Scenario& scenario, const planning::Plan& plan,
+                                  const std::string& file) {
+    if (scenario.problem == nullptr) return;
+    try {
+      RequireRunnable(scenario, *symbolic::Task::Ground(scenario.problem), plan);
+    } catch (const InputError& error) {
+      Diagnostics mistakes;
+      for (const Diagnostic& mistake : error.diagnostics()) {
+        mistakes.Add(mistake.where.file.empty() ? Location{file, 0, 0} : mistake.where, mistake.message,
+                     mistake.accepted);
+      }
+      mistakes.ThrowIfAny();
+    }
+  }
+
+  /// What the last of these verbs that is the gripper's leaves in the hand: a name, or empty; none: as
+  /// before.
+  static void Follow(const std::vector<planning::Verb>& verbs, std::optional<std::string>& held) {
+    for (const planning::Verb& verb : verbs) {
+      if (const auto* gripper = std::get_if<planning::GripperVerb>(&verb)) held = gripper->close_on;
+    }
+  }
+
+  /// After each action the hand must hold what the action's library says: a plan is run by its own verbs.
+  static void CheckGrasps(const scenario::Scenario& scenario, const planning::Plan& plan, FileCheck& check) {
+    if (scenario.execution.controller != "operational_space") return;  // which alone reads them
+    const auto name = [](const std::optional<std::string>& held) -> std::string {
+      if (!held) return "leaves the gripper as it is";
+      return held->empty() ? "opens the gripper" : "closes the gripper on '" + *held + "'";
+    };
+    for (size_t i = 0; i < plan.actions.size(); ++i) {
+      const planning::ActionCall call = planning::ParseActionCall(plan.actions[i]);
+      std::optional<std::string> asked, held;
+      for (const planning::ActionSchema& schema : scenario.actions) {
+        if (schema.name != call.name) continue;
+        for (const planning::StepSchema& step : planning::BindAction(schema, call.arguments))
+          Follow(step.execute, asked);
+      }
+      for (const planning::PlanStep& step : plan.steps) {
+        if (step.action_index == static_cast<int>(i)) Follow(step.execute, held);
+      }
+      if (held != asked) {
+        check.problems.push_back(plan.actions[i] + ": its `execute` " + name(held) + ", but the action " +
+                                 name(asked));
+      }
+    }
   }
 
   /// The plan's actions must be applicable one after another and reach the goal.

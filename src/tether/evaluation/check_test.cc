@@ -1,5 +1,7 @@
 #include "tether/evaluation/check.h"
 
+#include <variant>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -79,6 +81,37 @@ TEST_F(PlanCheckTest, AGoodPlanPassesAndABentOneDoesNot) {
   EXPECT_EQ(Check(scenario_.path)[0].kind, "plan");
   plan_.steps[1].X_TC.p.z() += 0.004;
   EXPECT_THAT(Check(scenario_.path)[0].problems, ::testing::Contains(HasSubstr("place(blue,amber): ")));
+}
+
+TEST_F(PlanCheckTest, WhatRunRefusesIsAMistake) {
+  const auto error = [&]() -> std::string {
+    try {
+      Check(scenario_.path);
+    } catch (const InputError& mistake) {
+      return mistake.what();
+    }
+    return "";
+  };
+  const planning::Plan whole = plan_;
+  for (planning::Verb& verb : plan_.steps[0].execute) {
+    auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+    if (gripper != nullptr && !gripper->close_on.empty()) gripper->close_on = "bleu";
+  }
+  EXPECT_THAT(error(), HasSubstr("the gripper closes on 'bleu', which is no object ('blue'?"));
+  EXPECT_THAT(error(), HasSubstr("plan.json: step 0 (pick(blue))"));
+  plan_ = whole;
+  plan_.steps[0].execute.clear();  // A step may have none; but then nothing is held.
+  EXPECT_THAT(
+      Check(scenario_.path)[0].problems,
+      ElementsAre("pick(blue): its `execute` leaves the gripper as it is, but the action closes the gripper "
+                  "on 'blue'"));
+  plan_ = whole;
+  plan_.steps[1].execute.pop_back();  // the retreat, which is not asked about
+  plan_.steps[1].execute.pop_back();
+  EXPECT_THAT(
+      Check(scenario_.path)[0].problems,
+      ElementsAre("place(blue,amber): its `execute` leaves the gripper as it is, but the action opens the "
+                  "gripper"));
 }
 
 TEST_F(PlanCheckTest, ActionsMustBePossibleAndReachTheGoal) {

@@ -78,7 +78,6 @@ class Run {
     return std::move(report_);
   }
 
- private:
   static std::unique_ptr<execution::PlanRunner> MakeRunner(const scenario::Scenario& scenario,
                                                            const scene::Scene& scene,
                                                            const symbolic::Task& task,
@@ -101,6 +100,7 @@ class Run {
                                                   MakeExecutiveOptions(scenario));
   }
 
+ private:
   static execution::ExecutiveOptions MakeExecutiveOptions(const scenario::Scenario& scenario) {
     const scenario::ExecutionSettings& settings = scenario.execution;
     execution::ExecutiveOptions options;
@@ -380,6 +380,11 @@ std::string ToString(RunStatus status) {
       return "interrupted";
   }
   return "not_called";
+}
+
+void RequireRunnable(const scenario::Scenario& scenario, const symbolic::Task& task,
+                     const planning::Plan& plan) {
+  Run::MakeRunner(scenario, scenario.scene, task, plan, {});
 }
 
 execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario) {

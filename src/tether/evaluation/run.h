@@ -76,6 +76,10 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
 RunReport RunPlan(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
                   const planning::Plan& plan, const RunOptions& options);
 
+/// Throws InputError for what RunPlan() can't execute of a plan, without running it.
+void RequireRunnable(const scenario::Scenario& scenario, const symbolic::Task& task,
+                     const planning::Plan& plan);
+
 /// The report in format `tether.run/1`.
 Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed);
 

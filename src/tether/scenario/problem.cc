@@ -2,6 +2,7 @@
 #include "tether/scene/resting_contact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "tether/common/log.h"
@@ -49,7 +50,11 @@ void CheckOverrides(const PlanningOverrides& overrides) {
   if (overrides.threads && *overrides.threads > kMostThreads)
     diagnostics.Add({}, "--threads is " + std::to_string(*overrides.threads),
                     "up to " + std::to_string(kMostThreads));
-  at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
+  if (overrides.time_limit_s && std::isnan(*overrides.time_limit_s)) {
+    diagnostics.Add({}, "--time-limit is not a number", "a time in s; 0: no limit");
+  } else {
+    at_least(overrides.time_limit_s, 0.0, "--time-limit", "a time in s; 0: no limit");
+  }
   at_least(overrides.max_iterations, 1, "--max-iterations", "a whole number above zero");
   diagnostics.ThrowIfAny();
 }

@@ -219,9 +219,10 @@ class PlanParser {
     ObjectReader reader(value, "step", diagnostics_);
     step.action = reader.Text("action", "");
     step.action_index = reader.Integer("action_index", 0);
-    if (step.action_index < 0 || step.action_index > static_cast<int>(plan.actions.size())) {
+    if (step.action_index < 0 || step.action_index >= static_cast<int>(plan.actions.size())) {
       diagnostics_.Add(value.where(), "'action_index' of step is " + std::to_string(step.action_index),
-                       "0 to " + std::to_string(plan.actions.size()));
+                       plan.actions.empty() ? "no step: the plan has no actions"
+                                            : "0 to " + std::to_string(plan.actions.size() - 1));
     }
     step.control = ReadFrame(reader, "control");
     step.target_is_region = value.Find("region") != nullptr;

@@ -152,7 +152,7 @@ TEST(PlanFileTest, MistakesAreReportedAtTheirPlaces) {
 "quaternion_wxyz": [0, 0, 0, 0], "execute": [{"jump": {}}], "tagret": 1}]})json",
               MakeScene(), MakeActions());
   EXPECT_THAT(errors, HasSubstr("there is no robot 'leg'"));
-  EXPECT_THAT(errors, HasSubstr("'action_index' of step is 7 (0 to 1)"));
+  EXPECT_THAT(errors, HasSubstr("'action_index' of step is 7 (0 to 0)"));
   EXPECT_THAT(errors, HasSubstr("p.json:2:66: unknown frame 'hnd' as control of step (did you mean 'hand'?"));
   EXPECT_THAT(errors, HasSubstr("'position' of step is a list of 2"));
   EXPECT_THAT(errors, HasSubstr("'quaternion_wxyz' of step has length zero"));

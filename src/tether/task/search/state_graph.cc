@@ -5,6 +5,8 @@
 #include <functional>
 #include <utility>
 
+#include "tether/common/limits.h"
+
 namespace tether::task {
 namespace {
 
@@ -216,6 +218,7 @@ void StateGraph::FindEdges() {
   first_edge_.resize(states(), 0);
   end_edge_.resize(states(), 0);
   for (size_t s = 0; s < states(); ++s) {
+    PollLimits();  // Here nothing is half done.
     Node& node = nodes_[s];
     if (!node.is_closed || node.is_goal || node.has_edges) continue;
     node.has_edges = true;
@@ -251,6 +254,7 @@ std::vector<int64_t> StateGraph::GoalDistances() {
     heap.emplace_back(0, static_cast<int>(s));
   }
   while (!heap.empty()) {
+    PollLimits();
     std::pop_heap(heap.begin(), heap.end(), std::greater<>());
     const auto [cost, state] = heap.back();
     heap.pop_back();
