@@ -16,7 +16,7 @@ using geometry::Shape;
 using math::Pose;
 
 /// A shape as it rests on a plane.
-struct scene::Resting {
+struct RestingShape {
   const char* name;
   Shape shape;
   Vector3d rpy;
@@ -32,7 +32,7 @@ geometry::Hull Prism() {
   return *geometry::MakeHull(points).hull;
 }
 
-std::vector<scene::Resting> Shapes() {
+std::vector<RestingShape> Shapes() {
   const auto shape = [](const geometry::Primitive& primitive) { return Shape(primitive); };
   return {{"box", shape(geometry::Box{{0.05, 0.05, 0.06}}), {0, 0, 0}},
           {"upright cylinder", shape(geometry::Cylinder{0.025, 0.06}), {0, 0, 0}},
@@ -56,7 +56,7 @@ class Yard {
 
   /// Adds `shape` at rest at (x, y), on an object whose top is at `height`. Returns the height of its own
   /// top.
-  double Add(const std::string& name, const scene::Resting& resting, const std::string& on, const Vector3d& p,
+  double Add(const std::string& name, const RestingShape& resting, const std::string& on, const Vector3d& p,
              double yaw, double mass, double friction) {
     scene::Object object;
     object.name = name;
@@ -106,7 +106,7 @@ TEST(JudgeRestTest, WhatStandsOnATableIsOnIt) {
   for (const double friction : {0.3, 0.6, 1.0}) {
     Yard yard;
     int row = 0;
-    for (const scene::Resting& resting : Shapes()) {
+    for (const RestingShape& resting : Shapes()) {
       int column = 0;
       for (const double mass : {0.02, 0.13, 1.0}) {
         for (const double yaw : {0.0, 0.3, 0.8}) {
@@ -122,7 +122,7 @@ TEST(JudgeRestTest, WhatStandsOnATableIsOnIt) {
 }
 
 TEST(JudgeRestTest, WhatStandsOnAnotherIsOnIt) {
-  const std::vector<scene::Resting> shapes = Shapes();
+  const std::vector<RestingShape> shapes = Shapes();
   for (const double friction : {0.3, 1.0}) {
     Yard yard;
     int row = 0;
