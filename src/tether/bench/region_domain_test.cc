@@ -235,9 +235,8 @@ TEST_F(RegionDomainTest, AnUnsatisfiableGoalIsImpossible) {
 }
 
 std::shared_ptr<const Task> GroundLayout(const planning::RegionLayout& layout) {
-  return Task::Ground(
-      symbolic::ParseProblem(planning::RegionProblemText(layout), "problem",
-                             symbolic::ParseDomain(planning::RegionDomainText(), "domain")));
+  return Task::Ground(symbolic::ParseProblem(planning::RegionProblemText(layout), "problem",
+                                             symbolic::ParseDomain(planning::RegionDomainText(), "domain")));
 }
 
 /// Objects in regions with random capacities, or with room for one in each.
@@ -328,9 +327,9 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
       return outcome.found() ? outcome.skeleton->cost : -1.0;
     };
     const auto regions = GroundLayout(layout);
-    const auto poses = Task::Ground(
-        symbolic::ParseProblem(planning::PoseProblemText(layout, 3), "problem",
-                               symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
+    const auto poses =
+        Task::Ground(symbolic::ParseProblem(planning::PoseProblemText(layout, 3), "problem",
+                                            symbolic::ParseDomain(planning::PoseDomainText(), "domain")));
     const double expected = cost(regions, true);
     solved += expected > 0;
     EXPECT_EQ(cost(regions, false), expected) << text;

@@ -255,8 +255,7 @@ class ScenarioParser {
   std::shared_ptr<const symbolic::Problem> ReadProblem(const std::string& domain,
                                                        const std::string& problem) const {
     if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
-    return symbolic::ParseProblem(TextOf(problem), problem,
-                                  symbolic::ParseDomain(TextOf(domain), domain));
+    return symbolic::ParseProblem(TextOf(problem), problem, symbolic::ParseDomain(TextOf(domain), domain));
   }
 
   /// Adds to the initial state what the arm reaches, for the predicates of `within_reach`.
