@@ -2,7 +2,6 @@
 
 #include "tether/common/error.h"
 #include "tether/common/file.h"
-#include "tether/common/text.h"
 
 #include <atomic>
 #include <cerrno>

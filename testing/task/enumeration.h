@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "testing/symbolic/naive.h"
+#include "testing/task/random_formula.h"
 #include "tether/common/random.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/symbolic/pddl/expression.h"
@@ -183,31 +184,9 @@ class RandomTask {
     temporal = kind == 4;
   }
 
-  /// A random formula over propositions, for the tasks that want one.
+  /// For the tasks that want one.
   std::string Formula(const std::vector<std::string>& propositions, int depth) {
-    const auto sub = [&] { return Formula(propositions, depth - 1); };
-    switch (depth == 0 ? 9 : random_.Index(12)) {
-      case 0:
-        return "(" + sub() + " & " + sub() + ")";
-      case 1:
-        return "(" + sub() + " | " + sub() + ")";
-      case 2:
-        return "F(" + sub() + ")";
-      case 3:
-        return "G(" + sub() + ")";
-      case 4:
-        return "X[!](" + sub() + ")";
-      case 5:
-        return "(" + sub() + " U " + sub() + ")";
-      case 6:
-        return "(" + sub() + " R " + sub() + ")";
-      case 7:
-        return "F(" + sub() + " & X[!] F " + sub() + ")";
-      case 8:
-        return "!(" + sub() + ")";
-      default:
-        return propositions[static_cast<size_t>(random_.Index(static_cast<int>(propositions.size())))];
-    }
+    return RandomFormula(propositions, 3, random_, depth);
   }
 
   std::string domain, problem;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
 
 #include "tether/scenario/generators/generate_draft.h"
 
@@ -178,6 +179,24 @@ void AddTrays(int trays, int capacity, SceneDraft& draft) {
   }
 }
 
+/// A mat on one side, `nearest` to `furthest` from the middle (m), and a box on the other that is to go onto
+/// it.
+std::pair<DraftObject, DraftObject> DrawMatAndTarget(Random& things, double nearest, double furthest) {
+  const double side = things.Index(2) == 0 ? 1 : -1;
+  DraftObject mat;
+  mat.name = "mat";
+  mat.shape = geometry::Shape(geometry::Box{{0.12, 0.12, 0.01}});
+  mat.p_W = {OnGrid(things.Uniform(0.40, 0.60), 0.001),
+             OnGrid(side * things.Uniform(nearest, furthest), 0.001), 0.005};
+  mat.colour = 1;
+  DraftObject target = DrawBox(things, "target", 0.03, 0.06);
+  target.colour = 2;
+  target.p_W.x() = OnGrid(things.Uniform(0.45, 0.60), 0.001);
+  target.p_W.y() = OnGrid(-side * things.Uniform(0.0, 0.15), 0.001);
+  target.yaw = OnGrid(things.Uniform(-kPi, kPi), 1e-4);
+  return {mat, target};
+}
+
 }  // namespace
 
 GeneratedScenario GenerateStack(int blocks, uint64_t seed) {
@@ -306,18 +325,7 @@ GeneratedScenario GenerateCrowd(int objects, uint64_t seed) {
   DraftObject floor = MakeBench();
   floor.shape = geometry::Shape(geometry::Box{{2.4, 2.8, 0.3}});
   Random things = random.Split("target");
-  const double side = things.Index(2) == 0 ? 1 : -1;
-  DraftObject mat;
-  mat.name = "mat";
-  mat.shape = geometry::Shape(geometry::Box{{0.12, 0.12, 0.01}});
-  mat.p_W = {OnGrid(things.Uniform(0.40, 0.60), 0.001), OnGrid(side * things.Uniform(0.25, 0.35), 0.001),
-             0.005};
-  mat.colour = 1;
-  DraftObject target = DrawBox(things, "target", 0.03, 0.06);
-  target.colour = 2;
-  target.p_W.x() = OnGrid(things.Uniform(0.45, 0.60), 0.001);
-  target.p_W.y() = OnGrid(-side * things.Uniform(0.0, 0.15), 0.001);
-  target.yaw = OnGrid(things.Uniform(-kPi, kPi), 1e-4);
+  const auto [mat, target] = DrawMatAndTarget(things, 0.25, 0.35);
   draft.objects = {floor, mat, target};
 
   // The hand has room about the target and the mat, and the arm about its base.
@@ -351,18 +359,7 @@ GeneratedScenario GenerateClutter(int objects, uint64_t seed) {
   draft.about = "The target stands among obstacles; it goes onto the mat.";
   draft.max_actions = 2;
   Random things = random.Split("target");
-  const double side = things.Index(2) == 0 ? 1 : -1;
-  DraftObject mat;
-  mat.name = "mat";
-  mat.shape = geometry::Shape(geometry::Box{{0.12, 0.12, 0.01}});
-  mat.p_W = {OnGrid(things.Uniform(0.40, 0.60), 0.001), OnGrid(side * things.Uniform(0.30, 0.40), 0.001),
-             0.005};
-  mat.colour = 1;
-  DraftObject target = DrawBox(things, "target", 0.03, 0.06);
-  target.colour = 2;
-  target.p_W.x() = OnGrid(things.Uniform(0.45, 0.60), 0.001);
-  target.p_W.y() = OnGrid(-side * things.Uniform(0.0, 0.15), 0.001);
-  target.yaw = OnGrid(things.Uniform(-kPi, kPi), 1e-4);
+  const auto [mat, target] = DrawMatAndTarget(things, 0.30, 0.40);
 
   // The open hand has room about the target along one of its sides, and about the mat whichever way it is
   // turned.

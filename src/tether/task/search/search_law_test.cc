@@ -6,6 +6,7 @@
 
 #include "testing/symbolic/domains.h"
 #include "testing/symbolic/naive.h"
+#include "testing/task/random_formula.h"
 #include "tether/common/random.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/task/search/greedy.h"
@@ -181,29 +182,10 @@ TEST(SearchLawTest, AGoalAndItsEventuallyCostTheSame) {
 
 /// A random formula over some of the task's atoms.
 std::string RandomFormula(const Task& task, Random& random, int depth) {
-  auto sub = [&] { return RandomFormula(task, random, depth - 1); };
-  switch (depth == 0 ? 9 : random.Index(11)) {
-    case 0:
-      return "(" + sub() + " & " + sub() + ")";
-    case 1:
-      return "(" + sub() + " | " + sub() + ")";
-    case 2:
-      return "F(" + sub() + ")";
-    case 3:
-      return "G(" + sub() + ")";
-    case 4:
-      return "X[!](" + sub() + ")";
-    case 5:
-      return "(" + sub() + " U " + sub() + ")";
-    case 6:
-      return "(" + sub() + " R " + sub() + ")";
-    case 7:
-      return "F(" + sub() + " & X[!] F " + sub() + ")";
-    case 8:
-      return "!(" + sub() + ")";
-    default:
-      return Proposition(task, random.Index(static_cast<int>(task.atoms().size())));
-  }
+  std::vector<std::string> propositions;
+  for (int atom = 0; atom < static_cast<int>(task.atoms().size()); ++atom)
+    propositions.push_back(Proposition(task, atom));
+  return task::RandomFormula(propositions, 2, random, depth);
 }
 
 TEST(SearchLawTest, TemporalGoalsCostWhatDijkstraSays) {
