@@ -316,7 +316,7 @@ TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
   const Outcome outcome = Tether("plan '" + scenario + "'");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out,
-              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper takes"));
+              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper grasps up to"));
   EXPECT_EQ(Tether("plan '" + scenario + "' --max-actions 1").exit_code, 4) << "a depth limit proves nothing";
   const Outcome temporal = Tether("plan '" + scenario + "' --goal 'F on(slab,cube)'");
   EXPECT_EQ(temporal.exit_code, 3) << temporal.out << temporal.err;

@@ -19,17 +19,17 @@ using Eigen::Vector3d;
 using math::Pose;
 using nlp::Unit;
 
-// Goals and fields have at most so many rows each.
+// The most rows of a goal or a field.
 constexpr int kMaxFunctionRows = 12;
 // What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
 constexpr double kRounding = 5e-4;
 // Derivatives below this are rounding, m/rad.
 constexpr double kDust = 1e-12;
-// The posture is sought at no more than this for each m/s that the goal asks for, rad/m.
+// The posture's joint speed per speed of the goal is at most this, rad/m.
 constexpr double kPostureShare = 8;
-// Directions in which a goal asks for less than this are free, m²/rad².
+// Directions of joint space that change the goal's functions by less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
-// A row that gives way by less holds, m/s or rad/s.
+// A row violated by less than this counts as held, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
 double Clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
@@ -93,7 +93,7 @@ struct ConstrainedVelocity::Impl {
   void AddFieldRows(Field& field, int constraint);
   void AddGoal(const Goal& goal);
   void AddPosture(const Goal& goal);
-  /// Lets what the goal, whose rows alone are in H, leaves free lead joints away from their limits.
+  /// Leads joints away from their limits in the null space of the goal, whose rows alone are in H.
   void AddRedundancy();
   double ExtraViolation(Unit unit) const;
   void SetBounds();
@@ -103,16 +103,16 @@ struct ConstrainedVelocity::Impl {
   /// Writes row r of a function's derivative in q: frame F moves with `link`.
   void Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link, double* row) const;
   static double Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT, const math::Vector6d& V_BT);
-  /// What the rate of a row's value must not be below: a violated one is left at a bounded speed.
+  /// The lower bound on the rate of a row's value: violation is left at a bounded speed.
   double Side(const Row& row) const {
     return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
   }
-  /// Takes rounding for nothing: what the arm can't change must not look as if it could.
+  /// Sets derivatives at the level of rounding to zero: the arm can't change these rows.
   void ClearDust();
   Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
     return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
   }
-  /// What is violated, beyond its buffer: nothing moves fast until it is left.
+  /// Handles rows that are violated beyond their buffer: nothing moves fast until none is.
   void FindViolation();
   void Solve();
   /// Where no velocity keeps all rows and bounds.
@@ -233,7 +233,7 @@ bool ConstrainedVelocity::Impl::IsActive(const Pair& pair) const {
   if (pair.allowed) return false;
   const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
   if (pair.held) return pair.a == held;
-  // The hand touches what it holds; the links have to keep away from it as from everything else.
+  // The hand touches what it holds; the links keep their distance from it as from everything else.
   return !(pair.b == held && bodies.link(pair.a) == n);
 }
 
@@ -385,8 +385,8 @@ void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
 
 void ConstrainedVelocity::Impl::AddRedundancy() {
   if (options.posture_gain <= 0 || options.posture_speed <= 0) return;
-  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal
-  // gets.
+  // Where constraints couple it to the goal it must not delay the end of the goal: it becomes as slow as the
+  // goal.
   const double wanted = options.gain * std::max(error_m, options.rotation_weight * error_rad);
   const double most = std::min({options.posture_speed, kPostureShare * wanted, most_speed});
   for (int i = 0; i < n; ++i) {
@@ -479,7 +479,7 @@ void ConstrainedVelocity::Impl::Solve() {
 }
 
 void ConstrainedVelocity::Impl::SolveConflict() {
-  // The bounds on changes become rows, which give way before all others.
+  // The bounds on changes become rows of the lowest priority.
   const int all = num_rows + n;
   conflict_problem->Resize(n, 0, all);
   conflict_problem->H() = H;

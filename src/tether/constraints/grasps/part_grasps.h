@@ -39,7 +39,7 @@ class GraspFlaws {
   /// No two sides of a part face each other across the approach.
   void NoSides() { proved_ = false; }
 
-  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper takes 7.5 cm".
+  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm".
   std::string Describe(const std::string& object) const;
   /// The reason holds for every grasp that the approach allows, not only for those that were tried.
   bool proved() const { return proved_; }

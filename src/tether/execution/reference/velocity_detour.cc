@@ -32,7 +32,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     still[static_cast<size_t>(held)].X = control_scene.X_WBase() * kinematics.X_BH() * X_HO_grasp;
   };
 
-  // Where the goal is reached: the arm follows it with nothing in the way but the constraints on frames.
+  // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
   const control::ArmBodies bodies(model, control_scene.solids());
   std::vector<control::FieldConstraint> fields =
       BuildConstraints(options.constraints, control_scene, bodies, model->dof()).fields;
@@ -64,7 +64,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     if (reached) problem.goals.push_back(std::move(end));
   }
   if (problem.goals.empty()) {
-    why = "the arm does not get there, with nothing in the way either";
+    why = "the arm does not get there without obstacles either";
     return {};
   }
 

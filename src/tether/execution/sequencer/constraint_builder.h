@@ -10,7 +10,7 @@
 
 namespace tether::execution {
 
-/// The scene as the velocity controller sees it: objects by number, frames hung on them.
+/// The scene as the velocity controller sees it: objects by number, frames attached to them.
 class ControlScene {
  public:
   /// `robot` is the acting one's name.
@@ -20,9 +20,9 @@ class ControlScene {
   const math::Pose& X_WBase() const { return X_WBase_; }
   /// Number of an object; −1 for other names.
   int ObjectIndex(const std::string& name) const;
-  /// A frame by name, as a target: what hangs on an object moves with that. "r/base" is a robot's base.
+  /// A frame by name, as a target: what is attached to an object moves with it. "r/base" is a robot's base.
   control::Frame Target(const std::string& name) const;
-  /// The object that a frame hangs on, or itself; empty for what hangs on the world.
+  /// The object that a frame is attached to, or itself; empty for what is attached to the world.
   std::string SupportOf(const std::string& name) const;
 
  private:

@@ -231,7 +231,7 @@ TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
 
 TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
   Fake fake;
-  // A screen across the straight way from the left to the right: sliding along it leads nowhere.
+  // A screen across the straight line from the left to the right: sliding along it leads nowhere.
   scene::Object screen;
   screen.name = "screen";
   screen.shape = geometry::Primitive(geometry::Box{{0.5, 0.02, 0.3}});
@@ -406,7 +406,7 @@ TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   EXPECT_FALSE(fake.Happened(EventKind::kReleased)) << fake.Story();
 }
 
-// What was put down and stands beside its region is taken up again.
+// What was put down and stands beside its region is grasped again.
 TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
   Fake fake;
   fake.Start(kCarry);
@@ -423,7 +423,7 @@ TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
 }
 
 // thin_mat_blocks_placing: only the mat was exempt, not the table beneath it. A block that stands on a mat is
-// taken up from there as well.
+// grasped from there as well.
 TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
   for (const bool from : {false, true}) {
     Fake fake;
@@ -443,9 +443,9 @@ TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
   }
 }
 
-// region_in_the_world_is_never_placed_into: only what a region's frame hangs on was taken for its carrier.
-// What carries it is what lies beneath it, wherever the frame hangs: on the world, the robot, or something
-// else.
+// region_in_the_world_is_never_placed_into: only the object that a region's frame is attached to counted as
+// its carrier. What carries it is what lies beneath it, whatever the frame is attached to: the world, the
+// robot, or something else.
 TEST(VelocityExecutiveTest, WhatLiesBeneathARegionCarriesIt) {
   for (const std::string parent : {"world", "jaco", "lamp"}) {
     for (const bool mat : {false, true}) {

@@ -73,7 +73,7 @@ TEST(ProgramBuilderTest, WhatIsTooWideIsRefutedInWords) {
   const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}));
   ASSERT_EQ(key_poses.refutations.size(), 1u);
   EXPECT_THAT(key_poses.refutations[0],
-              HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
+              HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm"));
 }
 
 TEST(ProgramBuilderTest, NothingCanBePlacedOnWhatItCarries) {

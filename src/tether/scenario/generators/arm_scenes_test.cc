@@ -108,7 +108,7 @@ TEST(ArmScenesTest, ABlockTooWideIsImpossible) {
                                       "(can_move box) (on box table)", "(inhand box)", 3));
   EXPECT_EQ(report.status, PlanStatus::kImpossible);
   EXPECT_THAT(report.message,
-              HasSubstr("box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
+              HasSubstr("box is 10.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm"));
 }
 
 TEST(ArmScenesTest, ATargetUnderAnOverhangIsTold) {
