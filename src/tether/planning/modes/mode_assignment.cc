@@ -99,7 +99,6 @@ ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<B
       if (met.size() < most && !limits.Over()) meet(variant);
     }
   }
-  ways.exhausted = frontier.empty();
   std::stable_sort(ways.open.begin(), ways.open.end(), [](const ModeAssignment& a, const ModeAssignment& b) {
     return a.predicted_cost < b.predicted_cost;
   });

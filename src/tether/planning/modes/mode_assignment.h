@@ -33,7 +33,6 @@ Variant FirstChoices(const ModeAssignment& way, size_t actions);
 struct ModeAssignments {
   std::vector<ModeAssignment> open;     ///< Not refuted, the most promising first.
   std::vector<ModeAssignment> refuted;  ///< In the order in which they were met.
-  bool exhausted = false;               ///< There are no others.
 };
 
 /// Searches among the ways, best first: from one way to those that differ from it in one choice, later

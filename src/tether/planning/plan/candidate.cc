@@ -78,20 +78,9 @@ class CandidateRun {
       Conclude();
       return std::move(report_);
     }
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
-    const ModeAssignment first = DescribeModeAssignment(facts_, {}, key_poses);
-    if (first.likely_best && Try(first, key_poses)) {
-      TryAlternatives(first);
-    } else {
-      TryModeAssignments(first.likely_best);
-    }
-    // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
-    std::stable_sort(failed_.begin(), failed_.end(),
-                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
-    failed_.resize(std::min(failed_.size(), kRestarted));
-    for (int start = 1; start < starts_; ++start) {
-      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
-        Restart(failed_[i].way, start);
+    try {
+      Search();
+    } catch (const LimitReached&) {  // What was found before counts.
     }
     Conclude();
     return std::move(report_);
@@ -109,6 +98,24 @@ class CandidateRun {
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
  private:
+  void Search() {
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
+    const ModeAssignment first = DescribeModeAssignment(facts_, {}, key_poses);
+    if (first.likely_best && Try(first, key_poses)) {
+      TryAlternatives(first);
+    } else {
+      TryModeAssignments(first.likely_best);
+    }
+    // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
+    failed_.resize(std::min(failed_.size(), kRestarted));
+    for (int start = 1; start < starts_; ++start) {
+      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
+        Restart(failed_[i].way, start);
+    }
+  }
+
   /// There is a result that the checker accepts and that keeps every row.
   bool feasible() const { return least_violation_ == 0.0; }
 
@@ -203,7 +210,6 @@ class CandidateRun {
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
   void TryModeAssignments(bool tried) {
     const ModeAssignments ways = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
-    exhausted_ = ways.exhausted;
     for (const ModeAssignment& way : ways.refuted) {
       NoteRefutation(way);
       if (refuted_actions_ > 0) return;
@@ -213,11 +219,7 @@ class CandidateRun {
       if (feasible() && kWorthTrying * way.predicted_cost > report_.plan.cost) break;
       if (tried && way.variant.empty()) continue;
       if (BeginsBadly(way)) continue;
-      // A way that was not tried leaves the candidate without a proof.
-      if (limits_.Over() || ++count > most) {
-        exhausted_ = false;
-        break;
-      }
+      if (limits_.Over() || ++count > most) break;
       KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
       Try(way, key_poses);
       if (!feasible() && count == kBeforeArranging && TryArrangements(ways.open.front().variant))
@@ -362,7 +364,7 @@ class CandidateRun {
     }
     // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
     // are not among them.
-    const bool refuted = (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
+    const bool refuted = (refuted_actions_ > 0 && proved_) || constant_proof_;
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";
@@ -394,7 +396,6 @@ class CandidateRun {
   size_t last_suspect_ = 0;    // of the last solve; 0: none
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
-  bool exhausted_ = false;  // All ways were looked at.
   size_t refuted_actions_ = 0;
   bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
   std::vector<std::string> unmoved_;

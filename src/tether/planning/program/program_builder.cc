@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tether/common/limits.h"
 #include "tether/constraints/core/path_length.h"
 #include "tether/planning/program/chain_residual.h"
 
@@ -26,6 +27,7 @@ class ProgramSink final : public constraints::RowSink {
       : target_(target), exemptions_(exemptions), rows_(rows) {}
 
   void BeginStep(int step, const std::string& action, int action_index = -1) {
+    PollLimits();
     step_ = step;
     action_ = action;
     action_index_ = action_index;
@@ -82,8 +84,7 @@ class ProgramSink final : public constraints::RowSink {
     const char* unit = residual.unit() == nlp::Unit::kRadian ? "rad" : "m";
     char text[48];
     std::snprintf(text, sizeof text, " is off by %.3f %s, and nothing moves there", violation, unit);
-    target_.constant_proof =
-        (target_.refutations.empty() || target_.constant_proof) && target_.choices.empty() && !margins_;
+    target_.constant_proof = target_.constant_proof || (target_.choices.empty() && !margins_);
     NoteRefutation(label + text);
   }
 

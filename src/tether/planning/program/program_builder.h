@@ -40,7 +40,7 @@ struct KeyPoseProgram {
   /// whatever comes before it.
   std::string refuted_reason = {};
   bool refuted_proved = false, refuted_anywhere = false;
-  /// Every refutation is a row that the poses of the start break, and no choice bears on it.
+  /// A row is broken by the poses of the start before any choice is met: every mode assignment breaks it.
   bool constant_proof = false;
   std::optional<Clearances> clearances;  ///< Of the program; none if it has no rows.
   /// Of the arm, per key pose, at the poses that the program was last solved for; empty without an arm.

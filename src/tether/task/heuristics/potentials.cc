@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "tether/common/limits.h"
+
 namespace tether::task {
 namespace {
 
@@ -22,6 +24,7 @@ Potentials::Potentials(const Product& product, const Relaxation& relaxation, con
   weights_.assign(static_cast<size_t>(atoms_) + pairs, 0);
   payers_of_.resize(weights_.size());
   for (const Relaxation::Payer& payer : relaxation.payers()) {
+    PollLimits();
     const int index = static_cast<int>(changes_.size());
     FindChanges(payer, changes_.emplace_back());
     for (const Change& change : changes_.back()) {
@@ -204,6 +207,7 @@ int64_t Potentials::GoalBound() const {
 }
 
 bool Potentials::Shift(std::span<const int> features, int64_t step) {
+  PollLimits();  // Here nothing is half done.
   for (int feature : features) weights_[static_cast<size_t>(feature)] += step;
   bool valid = true;
   for (int feature : features) {
