@@ -60,9 +60,9 @@ std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
   start.near = planning::kNear;
   planning::KeyPoseProgram first = planning::BuildProgram(facts, steps, {}, start);
   if (first.refutations.empty()) return CandidateProgram{actions, std::move(first)};
-  for (const planning::ModeAssignment& way :
+  for (const planning::ModeAssignment& modes :
        planning::FindModeAssignments(facts, steps, 16, planning::Limits(facts.problem().search)).open) {
-    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, way.variant, start);
+    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, modes.variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
   }
   return std::nullopt;

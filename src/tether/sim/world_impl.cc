@@ -254,7 +254,7 @@ void World::Impl::FindIds() {
     }
   }
   // MuJoCo uses the greater of two coefficients, or where priorities differ those of the geom with the higher
-  // one. The slipperier goes first (scene::PairFriction).
+  // one. The slipperier geom gets the higher priority (scene::PairFriction).
   std::set<double, std::greater<>> frictions;
   for (int geom = 0; geom < model->ngeom; ++geom) frictions.insert(model->geom_friction[3 * geom]);
   for (int geom = 0; geom < model->ngeom; ++geom) {

@@ -112,7 +112,7 @@ class CandidateRun {
     failed_.resize(std::min(failed_.size(), kRestarted));
     for (int start = 1; start < starts_; ++start) {
       for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
-        Restart(failed_[i].way, start);
+        Restart(failed_[i].modes, start);
     }
   }
 
@@ -121,8 +121,8 @@ class CandidateRun {
 
   /// Key poses of the first `actions` actions in this way; empty: none were found. Other candidates that
   /// begin alike ask the same, so the answer is kept; it depends on nothing but the problem.
-  std::vector<math::Pose> SolvePrefix(const ModeAssignment& way, size_t actions) const {
-    const Variant variant = FirstChoices(way, actions);
+  std::vector<math::Pose> SolvePrefix(const ModeAssignment& modes, size_t actions) const {
+    const Variant variant = FirstChoices(modes, actions);
     std::string key = "beginning";
     for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
     for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
@@ -140,34 +140,34 @@ class CandidateRun {
   }
 
   /// The way fails already where an earlier one failed, whatever comes later.
-  bool BeginsBadly(const ModeAssignment& way) const {
+  bool BeginsBadly(const ModeAssignment& modes) const {
     return std::any_of(suspects_.begin(), suspects_.end(),
-                       [&](size_t actions) { return SolvePrefix(way, actions).empty(); });
+                       [&](size_t actions) { return SolvePrefix(modes, actions).empty(); });
   }
 
   /// Where only a beginning failed, and that can be met by itself: again from there.
-  bool TryFromPrefix(const ModeAssignment& way) {
+  bool TryFromPrefix(const ModeAssignment& modes) {
     if (last_suspect_ == 0) return false;
     ProgramStart start;
     start.near = kNear;
-    start.beginning = SolvePrefix(way, last_suspect_);
+    start.beginning = SolvePrefix(modes, last_suspect_);
     if (start.beginning.empty()) return false;
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, start);
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, start);
     return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, effort_.first);
   }
 
-  bool Try(const ModeAssignment& way, KeyPoseProgram& key_poses) {
+  bool Try(const ModeAssignment& modes, KeyPoseProgram& key_poses) {
     // Rows may refute what the guess did not.
     if (!key_poses.refutations.empty()) {
-      NoteRefutation(DescribeModeAssignment(facts_, way.variant, key_poses));
+      NoteRefutation(DescribeModeAssignment(facts_, modes.variant, key_poses));
       return false;
     }
     all_refuted_ = false;
     const bool had_one = optimum_ != nullptr;
-    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromPrefix(way)) return true;
+    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromPrefix(modes)) return true;
     // Feasible but for room to spare: with less of that.
-    if (!had_one && optimum_ != nullptr && Restart(way, starts_ - 1)) return true;
-    failed_.push_back({last_violation_, way});
+    if (!had_one && optimum_ != nullptr && Restart(modes, starts_ - 1)) return true;
+    failed_.push_back({last_violation_, modes});
     return false;
   }
 
@@ -189,7 +189,7 @@ class CandidateRun {
     if (!guess.refutations.empty()) return true;
     const Packing packing(facts_, steps_, guess);
     // With less clearance the places that each found by itself may do.
-    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return true;
+    if (!failed_.empty() && Restart(failed_.front().modes, starts_ - 1)) return true;
     int feasible_ones = 0;
     for (int attempt = 0; attempt < kArrangements && feasible_ones < kMostArranged && !limits_.Over();
          ++attempt) {
@@ -209,44 +209,44 @@ class CandidateRun {
 
   /// Tries ways in the order of what they promise, except the first one if that was `tried`.
   void TryModeAssignments(bool tried) {
-    const ModeAssignments ways = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
-    for (const ModeAssignment& way : ways.refuted) {
-      NoteRefutation(way);
+    const ModeAssignments assignments = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
+    for (const ModeAssignment& modes : assignments.refuted) {
+      NoteRefutation(modes);
       if (refuted_actions_ > 0) return;
     }
     int count = 0, most = problem_.program.max_variants;
-    for (const ModeAssignment& way : ways.open) {
-      if (feasible() && kWorthTrying * way.predicted_cost > report_.plan.cost) break;
-      if (tried && way.variant.empty()) continue;
-      if (BeginsBadly(way)) continue;
+    for (const ModeAssignment& modes : assignments.open) {
+      if (feasible() && kWorthTrying * modes.predicted_cost > report_.plan.cost) break;
+      if (tried && modes.variant.empty()) continue;
+      if (BeginsBadly(modes)) continue;
       if (limits_.Over() || ++count > most) break;
-      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
-      Try(way, key_poses);
-      if (!feasible() && count == kBeforeArranging && TryArrangements(ways.open.front().variant))
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, {.near = kNear});
+      Try(modes, key_poses);
+      if (!feasible() && count == kBeforeArranging && TryArrangements(assignments.open.front().variant))
         most = std::min(most, kAfterArranging);
     }
-    if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
+    if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(assignments.open.front().variant);
   }
 
-  void NoteRefutation(const ModeAssignment& way) {
-    refutations_.insert(refutations_.end(), way.refutations.begin(), way.refutations.end());
-    constant_proof_ = constant_proof_ || way.constant_proof;
-    if (way.refuted_action < 0) return;
-    refuted_actions_ = static_cast<size_t>(way.refuted_action) + 1;
-    refuted_anywhere_ = way.refuted_anywhere;
-    proved_ = way.refuted_proved;
-    report_.reason = way.refuted_reason;
+  void NoteRefutation(const ModeAssignment& modes) {
+    refutations_.insert(refutations_.end(), modes.refutations.begin(), modes.refutations.end());
+    constant_proof_ = constant_proof_ || modes.constant_proof;
+    if (modes.refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(modes.refuted_action) + 1;
+    refuted_anywhere_ = modes.refuted_anywhere;
+    proved_ = modes.refuted_proved;
+    report_.reason = modes.refuted_reason;
   }
 
   /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
   /// asks for less.
-  bool Restart(const ModeAssignment& way, int start) {
+  bool Restart(const ModeAssignment& modes, int start) {
     ProgramStart how;
     how.tight = start == starts_ - 1;
     how.noise = how.tight ? 0 : 0.5;
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, how);
     return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, effort_.restart);
   }
 
@@ -388,7 +388,7 @@ class CandidateRun {
   std::set<int> blocking_steps_;
   struct Failure {
     double violation;
-    ModeAssignment way;
+    ModeAssignment modes;
   };
   std::vector<Failure> failed_;
   std::set<size_t> suspects_;  // So many first actions may be where it fails.
