@@ -9,18 +9,18 @@
 namespace tether::planning {
 namespace {
 
-// A way is promising if at its guess turning the hand is no more than this share of the cost, and nothing is
-// further out of reach than this, m.
+// A mode assignment is likely to be the best one if at its guess turning the hand is no more than this share
+// of the cost, and nothing is further out of reach than this, m.
 constexpr double kMuchTurning = 0.3;
 constexpr double kFarOutOfReach = 0.02;
-// What being out of reach at the guess counts against a way, per m.
+// The penalty of a guess out of reach, per m.
 constexpr double kReachWeight = 10;
-// An option is worth a look if its score is worse by no more than this, and a rival if what it promises is
-// worse by no more than such a factor.
+// Alternatives: options whose score is worse by no more than this, and whose predicted cost is higher by no
+// more than such a factor.
 constexpr double kAlternativeScore = 0.5;
 constexpr double kAlternativeCost = 1.2;
 
-/// The ways that differ in one choice, taken one option further; the likeliest first.
+/// The variants that differ in one choice, by its next option; the likeliest first.
 std::vector<Variant> Neighbours(const ModeAssignment& modes) {
   std::vector<std::pair<double, Variant>> neighbours;
   for (const ChoicePoint& choice : modes.choices) {
@@ -42,15 +42,15 @@ std::vector<Variant> Neighbours(const ModeAssignment& modes) {
 ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant,
                                       const KeyPoseProgram& key_poses) {
   ModeAssignment modes{variant,
-                     key_poses.choices,
-                     0,
-                     false,
-                     key_poses.refutations,
-                     key_poses.refuted_action,
-                     key_poses.refuted_reason,
-                     key_poses.refuted_proved,
-                     key_poses.refuted_anywhere,
-                     key_poses.constant_proof};
+                       key_poses.choices,
+                       0,
+                       false,
+                       key_poses.refutations,
+                       key_poses.refuted_action,
+                       key_poses.refuted_reason,
+                       key_poses.refuted_proved,
+                       key_poses.refuted_anywhere,
+                       key_poses.constant_proof};
   if (!modes.refutations.empty()) return modes;
   const Problem& problem = facts.problem();
   std::vector<math::Pose> X_WHand;
@@ -79,13 +79,14 @@ ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<B
   ModeAssignments assignments;
   std::vector<ModeAssignment> met;
   std::set<Variant> seen;
-  std::set<std::pair<double, size_t>> frontier;  // promise and index of those whose neighbours were not met
+  std::set<std::pair<double, size_t>>
+      frontier;  // predicted cost and index of those whose neighbours were not examined
   const auto meet = [&](const Variant& variant) {
     if (!seen.insert(variant).second) return;
     const KeyPoseProgram guessed = BuildProgram(facts, steps, variant, {.guess_only = true});
     ModeAssignment modes = DescribeModeAssignment(facts, variant, guessed);
     (modes.refutations.empty() ? assignments.open : assignments.refuted).push_back(modes);
-    // Of refuted ways, those with fewer changes come first.
+    // Of refuted ones, those with fewer changes come first.
     const double rank =
         modes.refutations.empty() ? modes.predicted_cost : 1e6 + static_cast<double>(variant.size());
     frontier.emplace(rank, met.size());
@@ -99,9 +100,9 @@ ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<B
       if (met.size() < most && !limits.Over()) meet(variant);
     }
   }
-  std::stable_sort(assignments.open.begin(), assignments.open.end(), [](const ModeAssignment& a, const ModeAssignment& b) {
-    return a.predicted_cost < b.predicted_cost;
-  });
+  std::stable_sort(
+      assignments.open.begin(), assignments.open.end(),
+      [](const ModeAssignment& a, const ModeAssignment& b) { return a.predicted_cost < b.predicted_cost; });
   return assignments;
 }
 

@@ -72,8 +72,9 @@ TEST(ProgramBuilderTest, WhatIsTooWideIsRefutedInWords) {
   const SceneFacts facts(problem);
   const KeyPoseProgram key_poses = BuildProgram(facts, BindSkeleton(problem, {"pick(box)"}));
   ASSERT_EQ(key_poses.refutations.size(), 1u);
-  EXPECT_THAT(key_poses.refutations[0],
-              HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm"));
+  EXPECT_THAT(
+      key_poses.refutations[0],
+      HasSubstr("pick(box): box is 10.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm"));
 }
 
 TEST(ProgramBuilderTest, NothingCanBePlacedOnWhatItCarries) {
@@ -107,7 +108,7 @@ TEST(FindModeAssignmentsTest, FindsEachOnceTheCheapestFirst) {
     EXPECT_TRUE(variants.insert(modes.variant).second);
     EXPECT_LE(before, modes.predicted_cost);
     before = modes.predicted_cost;
-    // What is said of a way is what its program's guess says.
+    // A mode assignment's predicted cost is that of its program's guess.
     const KeyPoseProgram key_poses = BuildProgram(facts, steps, modes.variant);
     EXPECT_EQ(DescribeModeAssignment(facts, modes.variant, key_poses).predicted_cost, modes.predicted_cost);
   }
