@@ -231,7 +231,7 @@ int FindInMjcf(const mjModel* model, mjtObj type, int count, const std::string& 
   return -1;
 }
 
-/// What of an MJCF file lies farther than 10 km from where it belongs, or is larger.
+/// The elements of an MJCF file that are farther than 10 km from their parent, or larger.
 void CheckLengths(const mjModel* model, const std::string& path, Diagnostics& diagnostics) {
   const auto check = [&](const mjtNum* numbers, int count, int each, int type, const char* what) {
     for (int i = 0; i < count; ++i) {

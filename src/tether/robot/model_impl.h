@@ -13,7 +13,7 @@ struct mjModel_;
 
 namespace tether::robot {
 
-/// The hand as planning sees it, in the hand frame. See models/robots/panda.yaml.
+/// The hand's solid for planning, in the hand frame. See models/robots/panda.yaml.
 struct HandSolid {
   geometry::Part palm;
   double finger_radius = 0;
