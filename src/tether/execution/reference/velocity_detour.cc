@@ -22,6 +22,25 @@ constexpr double kSpare = 0.003, kEnd = 0.15;
 
 }  // namespace
 
+namespace {
+
+/// Why no path was found.
+std::string Explain(const motion::JointPath& path) {
+  switch (path.status) {
+    case motion::JointPathStatus::kFound:
+      break;
+    case motion::JointPathStatus::kNoFreeGoal:
+      return "the arm would touch something wherever it gets there";
+    case motion::JointPathStatus::kStartNotFree:
+      return "the arm is too near to something where it stands";
+    case motion::JointPathStatus::kGaveUp:
+      return "none was found in " + std::to_string(path.checks) + " checks";
+  }
+  return "";
+}
+
+}  // namespace
+
 std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   std::vector<control::MovingPose> still = objects;
   for (control::MovingPose& object : still) object.V.setZero();
@@ -94,19 +113,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     spare = 0;
     found = motion::FindJointPath(problem);
   }
-  switch (found.status) {
-    case motion::JointPathStatus::kFound:
-      break;
-    case motion::JointPathStatus::kNoFreeGoal:
-      why = "the arm would touch something wherever it gets there";
-      break;
-    case motion::JointPathStatus::kStartNotFree:
-      why = "the arm is too near to something where it stands";
-      break;
-    case motion::JointPathStatus::kGaveUp:
-      why = "none was found in " + std::to_string(found.checks) + " checks";
-      break;
-  }
+  if (found.status != motion::JointPathStatus::kFound) why = Explain(found);
   return std::move(found.q);
 }
 

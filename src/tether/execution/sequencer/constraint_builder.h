@@ -46,4 +46,17 @@ BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& sp
 /// One field: `outside` or `tilt`.
 control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const ControlScene& scene);
 
+/// A reach that brings a frame F onto the plane of a flat region, whose frame is T.
+struct RegionReach {
+  control::Frame target, frame;
+  Eigen::Vector3d p_TF;   ///< F's origin as the reach begins, m.
+  Eigen::Vector3d up_F;   ///< Unit: the direction of F that shall point along the region's z axis.
+  double radius = 0;      ///< Of the footprint of what is brought to the region, m.
+  double end_height = 0;  ///< A cone ends at this height over the region, where the reach does, m.
+};
+
+/// The reach's own field: `cone` (paper B, eqs. (3)–(11)) or `upright`. `buffer` is the controller's, m.
+control::FieldConstraint BuildRegionField(const control::ConstraintSpec& spec, const scene::Region& region,
+                                          const RegionReach& reach, double buffer);
+
 }  // namespace tether::execution

@@ -30,13 +30,6 @@ constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
 constexpr double kNarrowOpening = 0.05;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
 constexpr double kProgress = 5e-4, kRadian = 0.3;
-// Cones begin at least so high above their region, m.
-constexpr double kLeastHeight = 0.02;
-// Shares: of the buffer, the room at a cone's start (a frustum has sides in two directions); of the least
-// angle of `upright`, its buffer.
-constexpr double kStartRoom = 1.5, kUprightShare = 0.25;
-// Regions too small for what is brought there still leave this radius, m.
-constexpr double kLeastRadius = 0.001;
 constexpr double kFirstSpeed = 0.05;
 constexpr double kWaypoint = 0.04;  // rad
 // A reach is not done before its constraints hold to within this, m and rad.
@@ -203,39 +196,11 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
                          ? std::vector<control::ConstraintSpec>{}
                          : control::ReadConstraintSpecs(
                                reach.constraints, control::ConstraintPlace::kRegionVerb, Names(), ignored);
+  const RegionReach arrival{target, frame,  X_TF_now.p,
+                            up_F,   radius, std::max(0.0, X_TF.p.z()) + reach.position_tolerance};
   for (const control::ConstraintSpec& spec : specs) {
     if (spec.kind == "cone" || spec.kind == "upright") {
-      if (solid) continue;
-      control::FieldConstraint field;
-      field.name = spec.kind + " to " + region.name;
-      field.priority = spec.relax.value_or(0);
-      field.target = target;
-      field.frame = frame;
-      Vector3d start = X_TF_now.p;
-      if (spec.kind == "cone") {
-        // It ends at the height where the reach does.
-        const double end = std::max(0.0, X_TF.p.z()) + reach.position_tolerance;
-        field.target.X_OF = field.target.X_OF * Pose(Vector3d(0, 0, end));
-        start.z() -= end;
-        // It begins with the buffer's room: what is at its edge will be beyond it now and then.
-        const double across = start.head<2>().norm();
-        if (across > 1e-6) start.head<2>() *= (across + kStartRoom * options.controller.buffer) / across;
-      }
-      start.z() = std::max(start.z(), kLeastHeight);
-      if (spec.kind == "upright") {
-        field.buffer = kUprightShare * spec.max;  // it becomes nearly as narrow as things stand
-        field.function = constraints::MakeNarrowingAngle(up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
-                                                         Vector3d::Zero());
-      } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
-        field.function = constraints::MakePointCone(
-            std::max(kLeastRadius, disc->radius - radius - spec.margin), start, Vector3d::Zero());
-      } else {
-        const Eigen::Vector2d size = std::get<scene::Rectangle>(region.form).size;
-        field.function = constraints::MakeFrustum(
-            (size.array() - 2 * (radius + spec.margin)).max(2 * kLeastRadius).matrix(), start,
-            Vector3d::Zero());
-      }
-      fields.push_back(std::move(field));
+      if (!solid) fields.push_back(BuildRegionField(spec, region, arrival, options.controller.buffer));
     } else {
       fields.push_back(BuildField(spec, control_scene));
     }

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "testing/geometry/slow_distance.h"
 #include "tether/common/random.h"
-#include "tether/geometry/distance/reference.h"
 #include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {

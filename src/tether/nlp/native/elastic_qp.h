@@ -89,6 +89,8 @@ class ElasticQp {
   /// The Newton step towards complementarity products `target_a_` and `target_b_`.
   void Direction(const ManifoldView::Values& values);
   double LongestStep() const;
+  /// The sum of the complementarity products after a step of this length along the direction.
+  double SumOfProducts(double step) const;
 
   struct Cut {
     const ManifoldView::Group* group = nullptr;  // null: not in use

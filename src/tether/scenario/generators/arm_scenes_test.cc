@@ -134,7 +134,7 @@ TEST(WithinReachTest, MistakesAreExplained) {
               AllOf(HasSubstr(":init states 'near'"), HasSubstr("one of the two")));
 }
 
-// The symbols allow to pick the box at once. Only the arm knows that it takes a hook.
+// By the symbols the box can be picked at once; it is beyond the arm's reach without the hook.
 TEST(ArmScenesTest, TheHookIsFoundWithoutBeingAskedFor) {
   const Scenario scenario =
       Load(Block("box", "[0.05, 0.05, 0.05]", "[0.9, 0, 0.025]") +
