@@ -12,7 +12,7 @@ constexpr double kRowRegularisation = 1e-11;
 // factorisations.
 constexpr double kFirstProduct = 0.1;
 constexpr double kLeastMargin = 1e-9;  // of an interval
-// Of the complementarity products, what a careful step aims at.
+// The share of the complementarity products at which a careful step aims.
 constexpr double kCarefulShare = 0.2;
 
 /// A row's multiplier and slacks on the central path.
@@ -50,7 +50,7 @@ void ElasticQp::Direction(const ManifoldView::Values& values) {
 }
 
 double ElasticQp::LongestStep() const {
-  // The largest rate at which something positive goes to zero; without branches.
+  // The largest rate at which a positive quantity goes to zero; without branches.
   double rate = 1;
   for (int k = 0; k < static_cast<int>(near_.size()); ++k) {
     rate = std::max({rate, -da_[k] / a_[k], -db_[k] / b_[k], dy_[k] / u_[k], -dy_[k] / l_[k]});
