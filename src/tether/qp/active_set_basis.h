@@ -38,7 +38,7 @@ class Kernel {
   int n() const { return N > 0 ? N : f_.n; }
 
   bool Factorize();
-  /// Puts in d, z and the return value what is needed to add `normal`: Jᵀa, J₂J₂ᵀa and aᵀJ₂J₂ᵀa.
+  /// Computes for `normal` a: d = Jᵀa, z = J₂J₂ᵀa, and returns aᵀJ₂J₂ᵀa.
   double Direction();
   /// Whether the row of the last Direction() depends on the active ones; `across` is what it returned.
   bool Depends(double across);
@@ -52,8 +52,8 @@ class Kernel {
   double Side(int position, int sign) const;
   double NormalTimes(const double* x) const;
 
-  /// Finds how much each position is violated, and the most. The first time it also looks for numbers that
-  /// are not finite, then false, and for a row whose sides cross.
+  /// Finds how much each position is violated, and the most. The first time it also checks that all numbers
+  /// are finite (else false), and whether a row's sides cross.
   template <bool kFirst>
   bool Price(double& most);
   /// Whether the sides of a row cross by more than rounding, which proves infeasibility.
@@ -82,7 +82,7 @@ class Kernel {
 template <int N, int K>
 bool Kernel<N, K>::Factorize() {
   // Rows of the Schur complement and of L⁻¹. The first entry of each row of the former is never needed again,
-  // so the right-hand side travels there.
+  // so the right-hand side is kept there.
   Vec<K> schur[kMost], inverse[kMost];
   alignas(64) double pivots[kStride] = {};
   alignas(64) double l[kStride];

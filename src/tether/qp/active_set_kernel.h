@@ -27,7 +27,7 @@ TETHER_QP_INLINE bool Kernel<N, K>::Price(double& most) {
     *reinterpret_cast<Native*>(f_.violation + at) = over;
     best = Larger(over, best);
     if constexpr (kFirst) {
-      // NaN where a number is NaN or infinite that may not be; sides may be infinite, each its own way.
+      // NaN where a number is NaN or must not be infinite; the lower side may be −∞, the upper one +∞.
       taint += value * 0.0;
       taint += (low < kHuge ? Native{} : low - low) + (high > -kHuge ? Native{} : high - high);
       crossing = Larger(low - high, crossing);
@@ -127,7 +127,7 @@ double Kernel<N, K>::RowScale(int position) const {
 
 template <int N, int K>
 int Kernel<N, K>::Search() const {
-  // A method that has run for long is going round in rounding errors.
+  // After many iterations the method is probably cycling by rounding errors.
   const double tolerance = 4 * f_.iterations > f_.max_iterations ? 10 * kRowTolerance : kRowTolerance;
   const int count = f_.padded_m + kStride;
   int best = count;
@@ -256,7 +256,7 @@ Status Kernel<N, K>::Solve() {
       BackSubstitute(f_.d, f_.r);
       const int blocking = Blocking();
       if (depends && blocking < 0) {
-        // Proved infeasible, unless it is rounding that is violated.
+        // Proved infeasible, unless the violation is rounding.
         for (int k = 0; k < f_.q; ++k) f_.u[k] += u * f_.r[k];
         Refine(false);
         over = side - NormalTimes(f_.x);

@@ -33,7 +33,7 @@ class Scanner {
  public:
   Scanner(std::string_view text, const std::string& file) : text_(text), where_{file, 1, 1} {}
 
-  /// Editors write it at the beginning of a file; it is no character of the text.
+  /// Some editors write it at the beginning of a file; it is not part of the text.
   void SkipByteOrderMark() {
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
   }
