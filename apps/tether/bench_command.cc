@@ -174,7 +174,7 @@ int BenchTask(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
-/// Options that would silently do nothing are mistakes.
+/// Options without effect are mistakes.
 void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
   const auto refuse = [&](bool given, const char* option) {
