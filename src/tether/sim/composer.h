@@ -11,7 +11,7 @@
 
 namespace tether::sim {
 
-/// What of a scene goes into an MJCF text besides the scene itself.
+/// What goes into a scene's MJCF text besides the scene itself.
 struct Composition {
   double timestep = 0.001;                                            ///< s
   std::map<std::string, std::shared_ptr<const robot::Model>> models;  ///< By robot name.

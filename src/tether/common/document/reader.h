@@ -9,7 +9,7 @@
 
 namespace tether {
 
-/// Reads a map key by key, gathering every mistake, and reports keys that nobody asked for.
+/// Reads a map key by key, gathers every mistake, and reports unknown keys.
 ///
 /// Each getter returns its fallback after adding a diagnostic, so that reading goes on and a file's mistakes
 /// are reported together. `what` names the map in messages: "object 'box'".

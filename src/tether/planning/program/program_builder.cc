@@ -22,7 +22,7 @@ constexpr double kClearanceTolerance = 1e-5;
 /// Turns the rows of constraints into residuals of the program.
 class ProgramSink final : public constraints::RowSink {
  public:
-  /// Without `rows`, only refutations are taken.
+  /// Without `rows`, only refutations are recorded.
   ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions, bool rows = true)
       : target_(target), exemptions_(exemptions), rows_(rows) {}
 
@@ -50,15 +50,15 @@ class ProgramSink final : public constraints::RowSink {
   }
   void Refute(const std::string& reason) override { Fail(reason, true, true); }
   void Decline(const std::string& reason) override { Fail("not modelled: " + reason, false, true); }
-  /// Whatever the variant, but perhaps not after other actions.
+  /// Refuted whatever the variant, but perhaps not after other actions.
   void RefuteHere(const std::string& reason) { Fail(reason, true, false); }
-  /// Rows from now on are margins of the planner's own, which prove nothing.
+  /// Rows from now on are the planner's own margins, which prove nothing.
   void BeginMargins() { margins_ = true; }
 
  private:
   void Fail(const std::string& reason, bool proved, bool anywhere) {
     NoteRefutation(reason);
-    // A proof counts more than what comes before it.
+    // A proof replaces an earlier reason that is none.
     if (target_.refuted_action >= 0 && (target_.refuted_proved || !proved)) return;
     target_.refuted_action = action_index_;
     target_.refuted_reason = action_ + ": " + reason;
@@ -72,7 +72,7 @@ class ProgramSink final : public constraints::RowSink {
     if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
   }
 
-  /// A row without variables either holds or can't be made to.
+  /// A row without variables either holds or is a refutation.
   void RefuteIfViolated(const nlp::Residual& residual, Role role, const std::string& label) {
     if (role == Role::kCost) return;
     Eigen::VectorXd r(residual.size());

@@ -79,7 +79,7 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
     if (holds(atom)) changes.push_back({{atom, -1}});
   }
   std::erase_if(deletes, holds);
-  // Of those that may hold, one at most does if they are values of a variable.
+  // If they are values of one variable, at most one of them holds.
   for (const Variable& variable : variables_) {
     if (deletes.size() < 2) break;
     Change change;
@@ -108,7 +108,7 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
   }
 }
 
-/// Sets of features of which a goal state has one choice at most.
+/// Groups of choices (sets of features): at most one choice of a group holds in a goal state.
 void Potentials::FindGroups() {
   std::vector<int> literals;
   if (product_.automaton() == nullptr) literals = symbolic::NecessaryLiterals(product_.task().goal());
