@@ -33,7 +33,7 @@ struct JointPath {
   int checks = 0;                  ///< Calls of `is_free`.
 };
 
-/// Bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner and LaValle 2000; OMPL's), then short
+/// Bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner and LaValle 2000), then short
 /// cuts. Deterministic: the same problem gives the same path. `goals` must not be empty.
 JointPath FindJointPath(const JointPathProblem& problem);
 

@@ -100,15 +100,7 @@ Result Solver::Solve(const Program& program, const Point& guess, const Options& 
 }
 
 std::unique_ptr<Solver> MakeSolver(Backend backend) {
-  switch (backend) {
-    case Backend::kNative:
-      return MakeNativeSolver();
-    case Backend::kIpopt:
-      return MakeIpoptSolver();
-    case Backend::kNlopt:
-      return MakeNloptSolver();
-  }
-  return nullptr;
+  return backend == Backend::kNative ? MakeNativeSolver() : MakePluginSolver(backend);
 }
 
 Monitor::Monitor(const Program& program, const Options& options)

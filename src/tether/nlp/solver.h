@@ -89,8 +89,12 @@ Backend ParseBackend(const std::string& name);
 class Solver {
  public:
   virtual ~Solver() = default;
+  /// Whether it was built: IPOPT and NLopt may be missing.
+  virtual bool available() const { return true; }
+  /// Why it can't take any program, and what to install; empty if it is available.
+  virtual std::string WhyNot() const { return ""; }
   /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is
-  /// in the result. `warm`, if given, speeds up the native backend where the solution is near; the others
+  /// in the result. Throws InputError if the solver is not available. `warm`, if given, speeds up the native backend where the solution is near; the others
   /// ignore it.
   Result Solve(const Program& program, const Point& guess, const Options& options,
                const WarmStart* warm = nullptr) const;
@@ -100,6 +104,7 @@ class Solver {
   virtual Result DoSolve(const Program& program, const Point& guess, const Options& options,
                          const WarmStart& warm) const = 0;
 };
+/// A solver that may not be available.
 std::unique_ptr<Solver> MakeSolver(Backend backend);
 
 }  // namespace tether::nlp

@@ -22,6 +22,7 @@ math::Matrix6d ChartJacobian(const math::Pose& origin, const math::Vector6d& v);
 /// rows: equalities first, then inequalities, each in the order of the program's terms.
 ///
 /// This is the workspace of one solve: not to be shared between threads. Values are computed once per point.
+/// Functions are virtual for backends that are plugins (common/plugin.h), which link nothing of this room.
 class VectorView {
  public:
   struct Entry {
@@ -31,6 +32,7 @@ class VectorView {
 
   /// `program` must outlive the view. `origin` has a value for every block.
   VectorView(const Program& program, const Point& origin);
+  virtual ~VectorView() = default;
 
   int num_variables() const { return num_variables_; }
   int num_equalities() const { return num_equalities_; }
@@ -48,9 +50,9 @@ class VectorView {
   const std::vector<Entry>& hessian_entries() const { return hessian_entries_; }
 
   /// Computes cost and constraints at x. False if some residual is not finite there; see not_finite().
-  bool EvaluateValues(const Eigen::VectorXd& x);
+  virtual bool EvaluateValues(const Eigen::VectorXd& x);
   /// Also the gradient, the constraint Jacobian and the Gauss–Newton matrix.
-  bool EvaluateDerivatives(const Eigen::VectorXd& x);
+  virtual bool EvaluateDerivatives(const Eigen::VectorXd& x);
 
   /// Of the last point evaluated.
   double cost() const { return cost_; }
