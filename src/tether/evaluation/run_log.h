@@ -28,6 +28,7 @@ struct RunLog {
   std::vector<std::pair<double, std::string>> marks;  ///< Grasps and releases: time (s), text.
 };
 
+/// The log in format `tether.log/1`.
 Value WriteRunLog(const RunLog& log);
 /// Throws InputError with what is wrong and where.
 RunLog ReadRunLog(const Value& document);

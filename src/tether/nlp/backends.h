@@ -11,6 +11,7 @@ namespace tether::nlp {
 
 /// Shared by the backends; not for users of the room.
 
+/// One solver per backend; stateless between solves.
 std::unique_ptr<Solver> MakeIpoptSolver();
 std::unique_ptr<Solver> MakeNloptSolver();
 std::unique_ptr<Solver> MakeNativeSolver();
