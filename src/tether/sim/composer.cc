@@ -287,11 +287,7 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   document.Parse(kFrame);
   XMLElement* root = document.RootElement();
   root->FirstChildElement("option")->SetAttribute("timestep", Text({composition.timestep}).c_str());
-  int bodies = static_cast<int>(composition.driven.size());
-  for (const scene::Object& object : scene.objects) {
-    if (object.movable()) bodies += static_cast<int>(object.shape.parts.size());
-  }
-  const int contacts = composition.contacts ? 100 + 24 * bodies : 1;
+  const int contacts = std::max(1, composition.contact_room);
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", 4 * contacts + 100);
 

@@ -125,7 +125,6 @@ void RequireSimulable(const scene::Scene& scene,
   Composition composition;
   composition.models = models;
   composition.X_WO = X_WO;
-  composition.contacts = false;
   LoadText(ComposeMjcf(doubtful, composition));
 }
 
@@ -138,10 +137,23 @@ math::Pose Drive::At(double time) const {
   return {start.R * math::ExpSO3(share * change.tail<3>()), start.p + share * change.head<3>()};
 }
 
+namespace {
+
+/// A box on a box has 4 contacts, or 8 where they are turned; one that carries another has those of both.
+int FirstContactRoom(const scene::Scene& scene) {
+  int parts = 0;
+  for (const scene::Object& object : scene.objects) {
+    if (object.movable()) parts += static_cast<int>(object.shape.parts.size());
+  }
+  return 100 + 6 * parts;
+}
+
+}  // namespace
+
 World::Impl::Impl(const scene::Scene& scene_in,
                   const std::map<std::string, std::shared_ptr<const robot::Model>>& models_in,
                   const WorldOptions& options_in)
-    : scene(scene_in), models(models_in), options(options_in) {
+    : scene(scene_in), models(models_in), options(options_in), contact_room(FirstContactRoom(scene_in)) {
   robot::PrepareMujoco();
   GuardBoxCollision();
   if (!std::isfinite(options.timestep) || options.timestep <= 0) {
@@ -183,6 +195,7 @@ World::Impl::Impl(const scene::Scene& scene_in,
 void World::Impl::Compile() {
   Composition composition;
   composition.timestep = options.timestep;
+  composition.contact_room = contact_room;
   composition.models = models;
   for (const ObjectEntry& object : objects) {
     composition.X_WO[object.name] = ObjectPose(object);
@@ -429,9 +442,19 @@ void World::Impl::CheckStable() const {
   }
 }
 
+bool World::Impl::LacksRoom() const {
+  return data->warning[mjWARN_CONTACTFULL].number > 0 || data->warning[mjWARN_CNSTRFULL].number > 0;
+}
+
 void World::Impl::Step() {
   FollowDrives();
   mj_step1(model.get(), data.get());
+  while (LacksRoom()) {
+    contact_room *= 2;
+    Compile();
+    FollowDrives();
+    mj_step1(model.get(), data.get());
+  }
   ApplyForces();
   mj_step2(model.get(), data.get());
   CheckStable();
