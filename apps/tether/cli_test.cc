@@ -331,7 +331,7 @@ TEST(CliTest, ADepthLimitIsGivingUp) {
   EXPECT_TRUE(report.Find("plans")->items().empty());
 }
 
-TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
+TEST(CliTest, PlanJsonHasTheDocumentedShapeAndThePlanFileFits) {
   const ScratchFolder folder;
   const std::string plan = folder.File("plan.json");
   const Outcome outcome =

@@ -106,7 +106,7 @@ TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
   EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
 }
 
-TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
+TEST(VelocityExecutiveTest, AWallIsPassedByADetour) {
   Fake fake;
   // A screen across the straight line from the left to the right: sliding along it leads nowhere.
   scene::Object screen;
@@ -129,7 +129,7 @@ TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
   EXPECT_GT(nearest, -1e-3);  // on the detour as well
 }
 
-TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
+TEST(VelocityExecutiveTest, ABlockedActionIsReplacedByOthers) {
   Fake fake;
   BlockRight(fake);
   std::vector<std::string> done_before;
@@ -152,7 +152,7 @@ TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0.05)).norm(), 0.05);
 }
 
-TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
+TEST(VelocityExecutiveTest, WithoutOtherActionsTheRunFailsWithAReason) {
   Fake fake;
   BlockRight(fake);
   fake.options.alternative = [](const auto&, const std::string&,
