@@ -34,7 +34,7 @@ Value WriteRunLog(const RunLog& log);
 RunLog ReadRunLog(const Value& document);
 
 /// The log as a figure: one panel under the other, as in paper B, figures 9–11; dotted lines where something
-/// is grasped or let go.
+/// is grasped or released.
 std::string DrawRunLog(const RunLog& log);
 
 }  // namespace tether::evaluation

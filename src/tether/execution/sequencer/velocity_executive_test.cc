@@ -74,7 +74,7 @@ TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   fake.Start(kCarry);
   bool moved = false;
   fake.Run(160, [&] {
-    // Somebody takes the block from between the fingers as they close.
+    // The block is removed from between the fingers as they close.
     if (!moved && fake.executive->step() == 2 && fake.observations["jaco"].gripper_opening < 0.15) {
       fake.truth.X_WO["block"].p.x() -= 0.08;
       moved = true;
@@ -266,7 +266,7 @@ TEST(VelocityExecutiveTest, TheConeHoldsWhereTheReachEnds) {
   }
 }
 
-// cup_released_beside_tray: what was at the right height beside its region was let go there.
+// cup_released_beside_tray: an object at the right height beside its region was released there.
 TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   Fake fake;
   fake.options.max_retries = 0;
