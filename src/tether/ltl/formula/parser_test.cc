@@ -212,7 +212,7 @@ TEST(Cosafe, ViolationsAreInWordsWithTheirColumns) {
   EXPECT_THAT(why("a R b"), HasSubstr("3: 'R' requires its right side for ever unless its left side comes"));
   EXPECT_THAT(why("a W b"), HasSubstr("3: 'W' may be satisfied by its left side for ever"));
   EXPECT_THAT(why("!(a & F b)"),
-              HasSubstr("7: 'F' is negated by '!' at column 1, which asks that something never"));
+              HasSubstr("7: 'F' is negated by '!' at column 1, which requires that something never"));
   EXPECT_THAT(why("F a -> b"), HasSubstr("1: 'F' is negated by '->' at column 5"));
   EXPECT_THAT(why("F a <-> b"), HasSubstr("1: 'F' is negated by '<->' at column 5"));
   EXPECT_THAT(why("a xor X(b U c)"), HasSubstr("11: 'U' is negated by 'xor' at column 3"));
