@@ -179,7 +179,7 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
   const auto refuse = [&](bool given, const char* option) {
     if (given)
-      diagnostics.Add({}, std::string(option) + " says nothing to benchmark '" + arguments.name + "'",
+      diagnostics.Add({}, std::string(option) + " has no effect on benchmark '" + arguments.name + "'",
                       "with benchmark 'planning'");
   };
   refuse(!arguments.scenarios.empty(), "--scenario");
@@ -191,7 +191,7 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
     diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks),
                     "up to " + std::to_string(kMostTicks));
   if (arguments.name != "control" && arguments.ticks) {
-    diagnostics.Add({}, "--ticks says nothing to benchmark '" + arguments.name + "'",
+    diagnostics.Add({}, "--ticks has no effect on benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");
   }
   diagnostics.ThrowIfAny();

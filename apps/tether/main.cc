@@ -427,8 +427,8 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   return code;
 }
 
-/// If standard output is closed, the next file that is opened would become standard output, and printed text
-/// would go into it: opens the null device for reading in its place.
+/// Occupies closed standard streams with the null device: else the next file that is opened would become
+/// standard output, and printed text would go into it. It is opened so that reading or writing fails.
 void HoldClosedStreams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(fd, F_GETFD) == -1 && errno == EBADF)

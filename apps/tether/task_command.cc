@@ -37,7 +37,7 @@ void Validate(const TaskArguments& arguments) {
                  "seconds, or 0 for no limit");
   }
   if (arguments.goal.empty() && arguments.semantics != "cosafe") {
-    mistakes.Add({}, "--semantics is of no use without --goal", "--goal FORMULA");
+    mistakes.Add({}, "--semantics has no effect without --goal", "--goal FORMULA");
   }
   mistakes.ThrowIfAny();
 }

@@ -34,6 +34,7 @@ struct ControlBench {
 /// Measures; the options are the fields of `bench` that precede the results.
 ControlBench BenchmarkControl(ControlBench bench = {});
 
+/// Format `tether.bench/1`, name `control`. Times in s.
 Value WriteControlBench(const ControlBench& bench);
 
 }  // namespace tether::bench

@@ -32,6 +32,7 @@ enum class BenchRegion { kDisc, kRectangle };
 /// moves about.
 TickBench BenchmarkTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed);
 
+/// The measurements as a map: times in s, distances in m.
 Value WriteTickBench(const TickBench& bench);
 
 }  // namespace tether::bench

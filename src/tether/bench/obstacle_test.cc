@@ -148,7 +148,7 @@ TEST(ControlCampaignTest, WhatSaysNothingToItIsRefused) {
     RunCampaign(options);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), ::testing::AllOf(HasSubstr("--no-robot says nothing"),
+    EXPECT_THAT(error.what(), ::testing::AllOf(HasSubstr("--no-robot has no effect"),
                                                HasSubstr("seeds, moved or crossing")));
   }
   options = {};

@@ -43,6 +43,7 @@ class InputError : public std::runtime_error {
 /// Gathers the mistakes of a file, so that its reader can report all of them at once.
 class Diagnostics {
  public:
+  /// Adds a mistake with its place; `accepted` is what would be accepted, or empty.
   void Add(const Location& where, std::string message, std::string accepted = "");
   /// Adds what `error` holds.
   void Add(const InputError& error);

@@ -89,7 +89,7 @@ Value RecordFile::ParseLine(std::string_view text, int number) const {
     if (line.is_object()) return line;
   } catch (const InputError&) {  // said below, with the right line
   }
-  throw InputError({{Location{path_, number, 0}, "this is no line of a campaign", kAccepted}});
+  throw InputError({{Location{path_, number, 0}, "this is not a line of a campaign", kAccepted}});
 }
 
 void RecordFile::CheckHeader(const Value& line, const Value& header) const {

@@ -29,6 +29,7 @@ struct Solid {
 /// nothing after construction.
 class ArmBodies {
  public:
+  /// The bodies are those of the model, and `objects` in their order.
   ArmBodies(std::shared_ptr<const robot::Model> model, const std::vector<Solid>& objects);
 
   struct Part {

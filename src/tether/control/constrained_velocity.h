@@ -157,6 +157,7 @@ class ConstrainedVelocity {
     Priority priority = 0;
     int a = -1, b = -1;  ///< The bodies, of a clearance.
   };
+  /// Row `index` of the last tick, below num_rows().
   const Row& row(int index) const;
   /// The derivative of a row's value in q.
   Eigen::RowVectorXd row_jacobian(int index) const;

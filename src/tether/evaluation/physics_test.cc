@@ -88,7 +88,7 @@ TEST(ExecutiveSim, FollowsATargetThatMovesDuringThePlace) {
   ExpectAt(run, "box", {0.48, -0.28, 0.125}, 0.005);
 }
 
-TEST(ExecutiveSim, StacksAndPassesAboveWhatStandsInTheWay) {
+TEST(ExecutiveSim, StacksAndPassesAboveObstructions) {
   Random random(12);
   scene::Scene scene = OneBox();
   scene.objects.push_back(MakeObject("base", kCube, Pose(Eigen::Vector3d(0.5, -0.15, 0.025))));

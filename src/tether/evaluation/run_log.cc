@@ -196,7 +196,7 @@ RunLog ReadRunLog(const Value& document) {
   if (format == nullptr || format->AsText() != kLogFormat) {
     diagnostics.Add(
         format ? format->where() : document.where(),
-        format ? "format is '" + format->AsText() + "'" : "this is no log of a run: it lacks 'format'",
+        format ? "format is '" + format->AsText() + "'" : "this is not a log of a run: it lacks 'format'",
         std::string(kLogFormat) + ", as tether run --log writes it");
     diagnostics.ThrowIfAny();
   }

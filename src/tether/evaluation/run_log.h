@@ -28,12 +28,13 @@ struct RunLog {
   std::vector<std::pair<double, std::string>> marks;  ///< Grasps and releases: time (s), text.
 };
 
+/// The log in format `tether.log/1`.
 Value WriteRunLog(const RunLog& log);
 /// Throws InputError with what is wrong and where.
 RunLog ReadRunLog(const Value& document);
 
 /// The log as a figure: one panel under the other, as in paper B, figures 9–11; dotted lines where something
-/// is grasped or let go.
+/// is grasped or released.
 std::string DrawRunLog(const RunLog& log);
 
 }  // namespace tether::evaluation

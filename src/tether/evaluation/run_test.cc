@@ -152,7 +152,7 @@ TEST(RunTest, WhatTheControllerCannotDoIsBadInput) {
                InputError);
 }
 
-TEST(RunTest, TheReportHasThePromisedKeys) {
+TEST(RunTest, TheReportHasTheDocumentedKeys) {
   Prepared prepared = OneBlock();
   prepared.scenario.execution.timeout_s = 0.05;
   const RunReport report =

@@ -11,6 +11,7 @@ namespace tether::nlp {
 
 /// Shared by the backends; not for users of the room.
 
+/// One solver per backend; stateless between solves.
 std::unique_ptr<Solver> MakeNativeSolver();
 /// IPOPT or NLopt, by loading the plugin of that name at the first solve.
 std::unique_ptr<Solver> MakePluginSolver(Backend backend);

@@ -10,6 +10,7 @@ namespace tether::qp {
 /// bounds. All rows drift smoothly and come and go as active ones. For benchmarks and tests.
 class ControlSequence {
  public:
+  /// The same arguments give the same sequence.
   ControlSequence(int variables, int rows, uint64_t seed);
 
   /// Writes the next problem, `step` seconds later; `problem` is resized.

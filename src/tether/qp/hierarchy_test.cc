@@ -122,7 +122,7 @@ TEST(HierarchyTest, TwoWallsTooCloseShareTheViolation) {
   EXPECT_GT(CheckFarkas(problem, hierarchy.solver().conflict()).gap, 0);
 }
 
-TEST(HierarchyTest, RowsThatHardlyDependOnAnythingGiveWay) {
+TEST(HierarchyTest, RowsThatHardlyDependOnAnythingAreRelaxed) {
   // As of a link that turns about its own axis, with rounding for its derivative.
   for (const double dust : {0.0, 5e-18, -3e-17, 1e-14}) {
     Problem problem(3, 0, 3);

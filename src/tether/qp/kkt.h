@@ -32,6 +32,7 @@ struct FarkasCheck {
   double radius() const;
 };
 
+/// `weights` is Solver::conflict(). May allocate.
 FarkasCheck CheckFarkas(const Problem& problem, const RowWeights& weights);
 
 }  // namespace tether::qp

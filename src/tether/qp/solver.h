@@ -60,10 +60,12 @@ struct SolverOptions {
 /// (1e-14 of its terms; 4e-13 where it depends on active ones) counts as satisfied.
 class Solver {
  public:
+  /// Room for problems up to these sizes; allocates here only.
   Solver(int max_variables, int max_equalities, int max_inequalities, const SolverOptions& options = {});
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
+  /// `problem` must be within the sizes given at construction.
   Status Solve(const Problem& problem, Start start = Start::kWarm);
   /// The same with other sides of the inequalities; arrays of problem.padded_rows() entries, each aligned to
   /// 64 bytes, unlimited beyond the last row.

@@ -41,6 +41,7 @@ using Observations = std::map<std::string, Observation>;  ///< By robot name.
 class Interface {
  public:
   virtual ~Interface() = default;
+  /// The latest measurements of every robot.
   virtual Observations Observe() const = 0;
   /// Holds the commands for one control period of `period` seconds, and returns when it has passed.
   virtual void Apply(const Commands& commands, double period) = 0;

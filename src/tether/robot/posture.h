@@ -20,6 +20,7 @@ struct PostureObstacle {
   std::vector<int> ignored;  ///< Solids of the arm that may touch it.
 
   PostureObstacle() = default;
+  /// A part of an object at X_BO in the base frame. `part` must outlive this.
   PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still);
 };
 

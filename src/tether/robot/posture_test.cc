@@ -92,7 +92,7 @@ TEST(PostureTest, NearbyPosesNearlyAlwaysKeepTheBranch) {
 }
 
 // A rod where the elbow would be: the arm, which has a joint to spare, turns it away and keeps the hand.
-TEST(PostureTest, TheElbowGivesWay) {
+TEST(PostureTest, TheElbowEvadesARod) {
   PostureSolver solver(Panda());
   Kinematics kinematics(Panda());
   kinematics.Set(Panda()->home());

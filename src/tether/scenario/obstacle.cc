@@ -27,7 +27,7 @@ constexpr double kLeastSlide = 0.1, kSlide = 0.1, kCrossing = 0.2;
 // Spacing of the samples along the obstacle's path, m.
 constexpr double kSample = 0.01;
 // A ball comes from this far, and goes as far, m.
-constexpr double kHalfWay = 0.9;
+constexpr double kHalfLength = 0.9;
 constexpr double kFirstStart = 5.0;
 
 std::string FreeName(const scene::Scene& scene) {
@@ -232,10 +232,10 @@ std::optional<Obstacle> DrawCrossingObstacle(const Scenario& scenario, const sce
     const Vector3d along(std::cos(angle), std::sin(angle), 0);
     const Vector3d to_axis = layout.X_WBase().p - p;
     const double from_axis = std::abs(along.x() * to_axis.y() - along.y() * to_axis.x());
-    const Pose from(p - kHalfWay * along);
+    const Pose from(p - kHalfLength * along);
     if (from_axis < least || !layout.ClearOfArm(ball, from)) continue;
     const double time = random.Uniform(0, 0.9 * kFirstStart * actions);
-    return MakeObstacle(start, ball, from, p + kHalfWay * along, time, 2 * kHalfWay / kCrossing, true);
+    return MakeObstacle(start, ball, from, p + kHalfLength * along, time, 2 * kHalfLength / kCrossing, true);
   }
   return std::nullopt;
 }

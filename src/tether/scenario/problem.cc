@@ -65,7 +65,7 @@ std::optional<task::TemporalGoal> ChooseGoal(const Scenario& scenario, const Pla
     return ReadTemporalGoal(overrides.goal, overrides.semantics.empty() ? "cosafe" : overrides.semantics);
   if (overrides.semantics.empty()) return scenario.goal;
   if (!scenario.goal) {
-    throw InputError("--semantics is of no use without a temporal goal", "--goal FORMULA");
+    throw InputError("--semantics has no effect without a temporal goal", "--goal FORMULA");
   }
   task::TemporalGoal goal = *scenario.goal;
   goal.semantics = ltl::ReadSemantics(overrides.semantics);

@@ -70,7 +70,7 @@ TEST_F(ReplannerTest, WhatIsBlockedTwiceIsNotTriedAgain) {
   EXPECT_EQ(std::count(found->begin(), found->end(), *hold), 0);
 }
 
-TEST_F(ReplannerTest, WithoutAnotherWayTheReasonIsSaid) {
+TEST_F(ReplannerTest, WithoutOtherActionsThereIsAReason) {
   // Heating is part of the goal, and there is one place for it.
   task::Replanner ways(task_, scenario_.goal);
   const auto hold = std::find(plan_.begin(), plan_.end(), "hold(meat,heat)");

@@ -109,8 +109,8 @@ struct Scenario {
 /// actions without geometry.
 Scenario LoadScenario(const std::string& path);
 
-/// The same for a scenario that need not be on disk: the scenario and the PDDL files among `files`, texts by
-/// path, are taken from there.
+/// The same for a scenario that need not be on disk: the scenario and the PDDL files that are among `files`,
+/// texts by path, are read from there.
 Scenario LoadScenario(const std::string& path, const std::map<std::string, std::string>& files);
 
 /// Names of the shipped action libraries.

@@ -287,7 +287,7 @@ TEST_F(ScenarioTest, PddlMustFitTheScene) {
   std::string text = kSmall;
   text.replace(text.find("  cup:"), 6, "  cap:");
   EXPECT_THAT(ErrorOf(text),
-              HasSubstr("problem.pddl:2:13: PDDL object 'cup' is nothing in the scene s.yaml (did you mean "
+              HasSubstr("problem.pddl:2:13: PDDL object 'cup' is not in the scene s.yaml (did you mean "
                         "'cap'?"));
   Write("mine.yaml",
         "format: tether.actions/1\nplace: {parameters: [a], steps: [{control: a, target: world}]}\n");

@@ -136,7 +136,7 @@ class TaskReader {
     for (const symbolic::TypedName& object : problem.objects) {
       if (std::find(bodies.begin(), bodies.end(), object.name) != bodies.end()) continue;
       diagnostics_.Add(object.where,
-                       "PDDL object '" + object.name + "' is nothing in the scene " + scenario_.path,
+                       "PDDL object '" + object.name + "' is not in the scene " + scenario_.path,
                        SuggestFrom(object.name, bodies));
     }
     CheckActions();
@@ -186,7 +186,7 @@ void StateReach(const Value& value, Scenario& scenario, Diagnostics& diagnostics
   auto problem = std::make_shared<symbolic::Problem>(*scenario.problem);
   const scene::Robot* robot = ActingRobot(scenario.scene);
   if (robot == nullptr || !scenario.models.contains(robot->name)) {
-    diagnostics.Add(value.where(), "'within_reach' asks for an arm, and there is none",
+    diagnostics.Add(value.where(), "'within_reach' needs an arm, and there is none",
                     "a robot under 'robots'");
     return;
   }
@@ -198,7 +198,7 @@ void StateReach(const Value& value, Scenario& scenario, Diagnostics& diagnostics
     const int index = problem->domain->FindPredicate(name);
     if (index < 0 || problem->domain->predicates[static_cast<size_t>(index)].parameters.size() != 1) {
       diagnostics.Add(value.where(),
-                      "'within_reach' names '" + name + "', which is no predicate of one parameter",
+                      "'within_reach' names '" + name + "', which is not a predicate of one parameter",
                       SuggestFrom(name, unary));
       continue;
     }

@@ -3,8 +3,8 @@
 #include <map>
 #include <string>
 
-#include "tether/common/error.h"
 #include "tether/common/document/value.h"
+#include "tether/common/error.h"
 #include "tether/scenario/scenario.h"
 #include "tether/scenario/scenario_reading.h"
 

@@ -65,6 +65,7 @@ class Scene {
   std::vector<Robot> robots;
   std::map<std::string, std::vector<std::string>> groups;  ///< Named sets of regions.
 
+  /// By name; null if there is none.
   const Object* FindObject(const std::string& name) const;
   const Region* FindRegion(const std::string& name) const;
   const Robot* FindRobot(const std::string& name) const;

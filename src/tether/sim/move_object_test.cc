@@ -95,7 +95,7 @@ TEST(MoveObjectTest, AWallHoldsAMovableObjectUp) {
   world.MoveObject("box", math::Pose(Eigen::Vector3d(0.6, 0, 0.025)), 1.0);
   const double fastest = RunWatching(&world, "box", 2.0);
   EXPECT_LT(fastest, 0.8);
-  // It leaned on the wall, and may have sprung back a little when it was let go.
+  // It leaned on the wall, and may have sprung back a little when it was released.
   EXPECT_NEAR(PoseOf(world, "box").p.x(), 0.46, 6e-3);
 }
 

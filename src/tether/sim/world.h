@@ -37,6 +37,7 @@ class World : public robot::Interface {
         const WorldOptions& options = {});
   ~World() override;
 
+  /// Simulated time since the start, s.
   double time() const;
   robot::Observations Observe() const override;
   /// The same in place: no allocation once `observations` has been filled by an earlier call.

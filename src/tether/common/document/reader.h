@@ -23,6 +23,8 @@ class ObjectReader {
   /// The member, or null after reporting its absence. `accepted` says what it should hold.
   const Value* Required(std::string_view key, std::string_view accepted);
 
+  /// The value under the key, read as by ReadNumber() and the like below; the fallback if it is absent, or
+  /// after a diagnostic.
   double Number(std::string_view key, double fallback);
   int Integer(std::string_view key, int fallback);
   uint64_t Natural(std::string_view key, uint64_t fallback);

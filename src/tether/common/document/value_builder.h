@@ -17,6 +17,7 @@ class ValueBuilder {
   /// Names a value for Alias(); 0: none.
   using Anchor = size_t;
 
+  /// Begins a list or map; the values up to the matching End() belong to it.
   void Begin(Value::Kind kind, Location where, Anchor anchor = 0);
   void End();
   /// A scalar or null, or the key of the next member where a map expects one.

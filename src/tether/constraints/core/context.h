@@ -38,6 +38,7 @@ class Context {
  public:
   virtual ~Context() = default;
 
+  /// Index of the present step, and its control and target frame by name.
   virtual int step() const = 0;
   virtual const std::string& control() const = 0;
   virtual const std::string& target() const = 0;

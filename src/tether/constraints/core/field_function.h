@@ -15,7 +15,7 @@ namespace tether::constraints {
 /// | point–point, point–line, point–plane | MakePointDistance, MakeAxisDistance, MakeHalfSpaces |
 /// | line–line, line–plane, line–cone | MakeLineDistance, MakeDirections, MakeAngle |
 /// | point–cone, its rectangular form | MakePointCone, MakeFrustum |
-/// | capped cylinder, any two solids | MakePartDistance: continuous, where rows that switch are not (ERRATA B3) |
+/// | capped cylinder, any two solids | MakePartDistance: continuous, unlike rows that switch (ERRATA B3) |
 
 /// A line through a point along a unit direction, in some frame.
 struct Line {

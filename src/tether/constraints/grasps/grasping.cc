@@ -366,18 +366,15 @@ int GraspedPart(const Context& context, const std::string& object) {
 Kind GraspableKind() {
   return {
       "graspable",
-      "The hand stands so that its two fingers can close on the object: it approaches straight down, "
-      "towards the "
-      "face that the object stands on, or with `approach: side` level, with `tilted` half-way between, "
-      "with `any` in "
-      "one of these ways, "
-      "closes along a direction in which the object fits between the fingers, is centred, its palm is "
-      "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
-      "object. Friction of the pads holds its weight, with a quarter to spare, at the force that the step's "
-      "`gripper` verb closes with. A hull is held where two of its sides lie "
-      "opposite each other, parallel to within 0.1 rad. The orientation that is "
-      "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
-      "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
+      "The hand is where its two fingers can close on the object. Its approach is straight down, towards "
+      "the face that the object stands on; with `approach: side` level; with `tilted` half-way between; "
+      "with `any` any of these. The fingers close along a direction in which the object fits between "
+      "them, the object is centred, the palm is clear, the open hand is clear of the object's other "
+      "parts, and the pads do not reach below the object. Friction of the pads holds its weight, with a "
+      "quarter to spare, at the force of the step's `gripper` verb. A hull is grasped by two of its sides "
+      "that lie opposite each other, parallel to within 0.1 rad. The planned orientation is executed. "
+      "Directions are tried from the one that turns the hand least, with the fingers clear and the wrist "
+      "within reach; of equal ones, the narrowest first.",
       "Paper A, section VI-B; ERRATA A13",
       {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
        {"approach",

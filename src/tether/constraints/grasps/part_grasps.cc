@@ -151,8 +151,8 @@ std::string GraspFlaws::Describe(const std::string& object) const {
         "what it lies on",
         name, 1e3 * highest_, 1e3 * needed_);
   if (std::isfinite(narrowest_))
-    return Text("%s is %.1f cm wide where it is narrowest; the gripper grasps up to %.1f cm", name, 100 * narrowest_,
-                100 * widest_taken_);
+    return Text("%s is %.1f cm wide where it is narrowest; the gripper grasps up to %.1f cm", name,
+                100 * narrowest_, 100 * widest_taken_);
   return "no two sides of " + object + " face each other across the fingers' approach";
 }
 

@@ -18,6 +18,7 @@ struct Fingers {
   double max_force = 0;                   ///< N at each pad
   double pad_friction = 0;
 };
+/// Those of the robot's gripper; without a robot (null) those of a parallel gripper of common size.
 Fingers FingersOf(const robot::Model* robot);
 
 /// What the fingers have to hold, and with what force.
@@ -39,7 +40,8 @@ class GraspFlaws {
   /// No two sides of a part face each other across the approach.
   void NoSides() { proved_ = false; }
 
-  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm".
+  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper grasps up to 7.5
+  /// cm".
   std::string Describe(const std::string& object) const;
   /// The reason holds for every grasp that the approach allows, not only for those that were tried.
   bool proved() const { return proved_; }

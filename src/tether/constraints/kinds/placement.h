@@ -36,6 +36,8 @@ std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const
 /// `on` has several faces to put something on: which is a choice.
 bool HasFaces(const Context& context, const std::string& on);
 
+/// The demand on where `object` stands on its support, with the margin asked for, m: less where a footprint
+/// has less room (ERRATA A13).
 std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
                                        const std::string& by, const Placement& placement, double margin);
 

@@ -322,7 +322,7 @@ Kind TouchKind() {
 Kind PushNormalKind() {
   return {"push_normal",
           "Stated at the step that moves the object: the push is well within half the friction angle of the "
-          "contact's normal, the contact takes in "
+          "contact's normal, the contact spans "
           "the centre of mass and is no higher than it, and the tool clears the surface. A push of no length "
           "is allowed.",
           "Paper A, eq. (13); ERRATA A5, A13",

@@ -24,6 +24,7 @@ class ContactDetector {
   ContactDetector() = default;
   explicit ContactDetector(const Options& options) : options_(options) {}
 
+  /// A motion begins: the force without contact is learned anew.
   void Start();
   /// One tick of `dt` s: the force on the hand and the direction of motion (unit, or zero when not moving),
   /// both in one frame. Returns whether contact is felt.

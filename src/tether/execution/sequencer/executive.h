@@ -70,7 +70,7 @@ class Executive final : public PlanRunner {
   Executive& operator=(Executive&&) noexcept;
 
   /// One tick. `observations` must hold every robot of the scene; an object that the estimate lacks, or has
-  /// at a pose that is not finite, is taken to be where it was. After the end the arm holds its pose.
+  /// at a pose that is not finite, keeps its last pose. After the end the arm holds its pose.
   const robot::Commands& Step(const scene::WorldEstimate& estimate,
                               const robot::Observations& observations) override;
 

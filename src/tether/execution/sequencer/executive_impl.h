@@ -52,7 +52,7 @@ enum class Outcome { kRunning, kDone, kAborted };
 struct Contact {
   AttachedFrame frame;   ///< In the world if nothing that can move was touched.
   int held = kNone;      ///< What the hand holds; kNone: the hand itself touches.
-  int released = kNone;  ///< What the hand has let go, on `frame`.
+  int released = kNone;  ///< The object that the hand has released, on `frame`.
 };
 
 struct Executive::Impl {

@@ -26,7 +26,7 @@ constexpr double kThere = 0.0005;
 constexpr double kConeShare = 0.7;
 constexpr double kLeastFriction = 0.1;
 // A correction turns an object by no more than this per distance pushed, rad/m.
-constexpr double kTurnPerWay = 25;
+constexpr double kTurnPerDistance = 25;
 // Tool and object further apart than this don't define the direction of pressing, m.
 constexpr double kApart = 0.02;
 // A pusher that moved this far without the object has lost it.
@@ -115,7 +115,7 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
   if (const double most = now_.slope * forward; beside.norm() > most) beside *= most / beside.norm();
   Vector3d turn = math::LogSO3(X_TC_goal.R * X_TC.R.transpose());
-  if (const double most = kTurnPerWay * forward; turn.norm() > most) turn *= most / turn.norm();
+  if (const double most = kTurnPerDistance * forward; turn.norm() > most) turn *= most / turn.norm();
 
   const double share = kPushRate / kReferenceRate;
   const math::Pose& X_TR = reference_.X_TR();

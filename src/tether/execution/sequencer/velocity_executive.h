@@ -71,6 +71,7 @@ class VelocityExecutive final : public PlanRunner {
                     const VelocityExecutiveOptions& options);
   ~VelocityExecutive() override;
 
+  /// One tick. `observations` must hold every robot of the scene. After the end the arm stands.
   const robot::Commands& Step(const scene::WorldEstimate& estimate,
                               const robot::Observations& observations) override;
   const planning::Plan& plan() const override;

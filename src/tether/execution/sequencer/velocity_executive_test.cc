@@ -74,7 +74,7 @@ TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   fake.Start(kCarry);
   bool moved = false;
   fake.Run(160, [&] {
-    // Somebody takes the block from between the fingers as they close.
+    // The block is removed from between the fingers as they close.
     if (!moved && fake.executive->step() == 2 && fake.observations["jaco"].gripper_opening < 0.15) {
       fake.truth.X_WO["block"].p.x() -= 0.08;
       moved = true;
@@ -106,7 +106,7 @@ TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
   EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
 }
 
-TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
+TEST(VelocityExecutiveTest, AWallIsPassedByADetour) {
   Fake fake;
   // A screen across the straight line from the left to the right: sliding along it leads nowhere.
   scene::Object screen;
@@ -129,7 +129,7 @@ TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
   EXPECT_GT(nearest, -1e-3);  // on the detour as well
 }
 
-TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
+TEST(VelocityExecutiveTest, ABlockedActionIsReplacedByOthers) {
   Fake fake;
   BlockRight(fake);
   std::vector<std::string> done_before;
@@ -152,7 +152,7 @@ TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0.05)).norm(), 0.05);
 }
 
-TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
+TEST(VelocityExecutiveTest, WithoutOtherActionsTheRunFailsWithAReason) {
   Fake fake;
   BlockRight(fake);
   fake.options.alternative = [](const auto&, const std::string&,
@@ -266,7 +266,7 @@ TEST(VelocityExecutiveTest, TheConeHoldsWhereTheReachEnds) {
   }
 }
 
-// cup_released_beside_tray: what was at the right height beside its region was let go there.
+// cup_released_beside_tray: an object at the right height beside its region was released there.
 TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   Fake fake;
   fake.options.max_retries = 0;

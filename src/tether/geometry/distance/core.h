@@ -151,6 +151,8 @@ struct Foot {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
 };
+/// The foot of q, in the solid's frame; `up`, the world's up direction there, decides between equally near
+/// faces inside.
 Foot FootOnBox(const Eigen::Vector3d& half, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
 Foot FootOnHull(const Polytope& hull, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
 Foot FootOnCylinder(double radius, double half_length, const Eigen::Vector3d& q, const Eigen::Vector3d& up);

@@ -57,8 +57,9 @@ TEST(DistanceTest, AgreesWithTheSlowOracle) {
         // What the answer shows of its own error hides nothing when apart, and is small in any case.
         const double shown = DistanceError(pair);
         EXPECT_LE(shown, iterative ? 1e-5 : 1e-6);
-        if (slow.distance > 0)
+        if (slow.distance > 0) {
           EXPECT_LE(std::abs(d.distance - slow.distance), shown + slow.uncertainty + 1e-12);
+        }
         overlapping += slow.distance < 0 ? 1 : 0;
       }
       EXPECT_GT(overlapping, count / 5);

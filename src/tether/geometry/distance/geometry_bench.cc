@@ -132,12 +132,13 @@ double BestSeparation(const PosedPair& pair) {
 }
 
 double ErrorOf(const PosedPair& pair, const Distance& d) {
-  const double off_the_surfaces = std::abs(DistanceToPoint(pair.a, pair.X_WA, d.p_WA).distance) +
-                                  std::abs(DistanceToPoint(pair.b, pair.X_WB, d.p_WB).distance);
-  const double of_points = (d.p_WB - d.p_WA - d.distance * d.n_W).norm() + off_the_surfaces;
   const double of_normal = std::abs(d.distance - Separation(pair, d.n_W));
   const double of_others = BestSeparation(pair) - d.distance;
-  return std::max({of_points, of_normal, of_others});
+  const double shown = std::max(of_normal, of_others);
+  if (d.distance <= 0) return shown;
+  const double off_the_surfaces = std::abs(DistanceToPoint(pair.a, pair.X_WA, d.p_WA).distance) +
+                                  std::abs(DistanceToPoint(pair.b, pair.X_WB, d.p_WB).distance);
+  return std::max(shown, (d.p_WB - d.p_WA).norm() + off_the_surfaces - d.distance);
 }
 
 }  // namespace

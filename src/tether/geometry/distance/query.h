@@ -19,6 +19,7 @@ struct PointDistance {
   int part = 0;                                    ///< Index of the part; 0 for a primitive.
 };
 
+/// The distance from a solid at X_WS to the point Q of the world.
 PointDistance DistanceToPoint(const Primitive& solid, const math::Pose& X_WS, const Eigen::Vector3d& p_WQ);
 PointDistance DistanceToPoint(const Shape& solid, const math::Pose& X_WS, const Eigen::Vector3d& p_WQ);
 

@@ -21,6 +21,7 @@ struct HalfPlane {
 /// straight edge are dropped.
 Polygon ConvexHull(std::vector<Eigen::Vector2d> points, double tolerance = 1e-9);
 
+/// m² for vertices in m; 0 for fewer than three vertices.
 double Area(const Polygon& polygon);
 /// The centroid of the area; of a segment or point, its middle. (0, 0) if empty.
 Eigen::Vector2d Centroid(const Polygon& polygon);

@@ -55,6 +55,7 @@ class Automaton {
   /// Fewest letters from `state` to an accepting state; kNever if there is none.
   int distance(int state) const { return distance_[static_cast<size_t>(state)]; }
 
+  /// The state after `state` reads a letter.
   int Step(int state, LetterView letter) const;
   bool Accepts(const Word& word) const;
   /// The atoms that the step from `state` depends on, in increasing order.

@@ -14,6 +14,7 @@ class AutomatonPart {
  public:
   virtual ~AutomatonPart() = default;
 
+  /// The state after `state` reads a letter of the whole formula. May create states.
   virtual int Step(int state, LetterView letter) = 0;
   virtual bool IsAccepting(int state) const = 0;
   /// Every continuation is accepted.

@@ -214,7 +214,7 @@ TEST(NativeTest, NamesTheTermsThatFightAndNoOthers) {
   EXPECT_EQ(std::max(result.blocking_terms[0], result.blocking_terms[1]), 4);
 }
 
-TEST(NativeTest, AnInequalityThatIsMetButInTheWayIsNamed) {
+TEST(NativeTest, AnInequalityThatHoldsButConflictsIsNamed) {
   // The equality is violated for the two inequalities, whose multipliers together are larger; all of them
   // conflict.
   Example example;

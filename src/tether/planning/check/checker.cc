@@ -124,8 +124,8 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
                        "'" + schema.control + "' in '" + schema.target + "' belongs to " + steps[t].action);
     }
     if (!tree.AddStep(schema.control, schema.target)) {
-      throw InputError("key pose " + std::to_string(t + 1) + " hangs '" + schema.control +
-                       "' on what hangs on it");
+      throw InputError("key pose " + std::to_string(t + 1) + " attaches '" + schema.control +
+                       "' to a frame that is attached to it");
     }
     poses.push_back(step.X_TC);
     q.push_back(step.q);
@@ -141,8 +141,8 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   Collector collector(result);
   FrameTree tree(problem.scene, problem.robot.X_WHand);
   for (const BoundStep& step : steps) {
-    [[maybe_unused]] const bool hangs = tree.AddStep(step.schema.control, step.schema.target);
-    assert(hangs);
+    [[maybe_unused]] const bool added = tree.AddStep(step.schema.control, step.schema.target);
+    assert(added);
   }
 
   std::optional<ArmChecker> arm;

@@ -28,6 +28,7 @@ struct CheckResult {
   std::vector<CheckFinding> findings;  ///< Every violation above 1e-6, largest first.
   std::vector<math::Pose> X_WHand;     ///< The hand at each key pose.
 
+  /// Every violation is within the tolerances of the options.
   bool Feasible(const ProgramOptions& options) const {
     return max_violation_m <= options.feasible_m && max_violation_rad <= options.feasible_rad;
   }

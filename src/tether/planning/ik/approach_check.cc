@@ -23,8 +23,8 @@ constexpr int kIterations = 25;
 constexpr double kApproachClearance = 0.002;
 constexpr double kTouch = 0.001;
 // The hand follows the straight motion to within this, m and rad.
-constexpr double kOffWay = 1e-3;
-constexpr double kTurnedOffWay = 5e-3;
+constexpr double kOffLine = 1e-3;
+constexpr double kTurnedOffLine = 5e-3;
 // Where a joint turns further than this between samples, rad, they are set closer together …
 constexpr double kSteady = 0.3;
 // … down to this part of their distance: what still turns so far has left its branch.
@@ -72,7 +72,7 @@ class ApproachChecker {
     if (blocked != nullptr) {
       // A branch that is free at the far end may lead from there to the key pose.
       robot::Posture other = posture;
-      SolveInMode(blocked->X_WFar, whole.rest, other);
+      SolveAt(blocked->X_WFar, whole.rest, other);
       if (Follows(other) && other.distance >= 0 && Follow(*blocked, 1, 0, other).empty()) {
         robot::PostureProblem there = whole;
         there.rest = other.q;
@@ -168,9 +168,9 @@ class ApproachChecker {
       ds = std::min(ds, std::abs(to - s));
       const Pose X_WH = X_WHand_ * math::ExpSE3(whole * (s + sign * ds));
       robot::Posture there = posture;
-      SolveInMode(X_WH, posture.q, there);
+      SolveAt(X_WH, posture.q, there);
       const bool follows = Follows(there);
-      // Near a singularity the joints turn fast, yet steadily: looked at more closely.
+      // Near a singularity the joints turn fast, yet steadily: sampled more densely.
       const bool swings = (there.q - posture.q).cwiseAbs().maxCoeff() > kSteady;
       if ((!follows || swings) && ds > kFinest * spacing) {
         ds /= 2;
@@ -200,12 +200,12 @@ class ApproachChecker {
   }
 
   bool Follows(const robot::Posture& posture) const {
-    return posture.position_error <= kOffWay && posture.rotation_error <= kTurnedOffWay;
+    return posture.position_error <= kOffLine && posture.rotation_error <= kTurnedOffLine;
   }
 
   /// Solves for the hand at a point of the stretch; the elbow stays near `rest`. What moves with the hand is
   /// no obstacle.
-  void SolveInMode(const Pose& X_WH, const Eigen::VectorXd& rest, robot::Posture& posture) {
+  void SolveAt(const Pose& X_WH, const Eigen::VectorXd& rest, robot::Posture& posture) {
     robot::PostureProblem& problem = search_.problem();
     problem.X_BH = math::Between(facts_.problem().robot.X_WBase, X_WH);
     problem.rest = rest;

@@ -74,7 +74,7 @@ TEST(IkSearchTest, EveryKeyPoseOfAPlanHasOne) {
   }
 }
 
-TEST(IkSearchTest, TheCheckerRejectsJointsThatAreNoWitness) {
+TEST(IkSearchTest, TheCheckerRejectsJointsThatAreNoIkSolution) {
   Problem problem = ReachProblem();
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
@@ -128,7 +128,7 @@ TEST(IkSearchTest, AShelfTooHighIsProvedToBe) {
   EXPECT_THAT(report.reason, testing::MatchesRegex("place\\(block,shelf\\): [0-9.]+ cm beyond reach"));
 }
 
-TEST(IkSearchTest, AWayThatIsNotFreeMovesTheKeyPoseNotThePlan) {
+TEST(IkSearchTest, AnApproachThatIsNotFreeMovesTheKeyPoseNotThePlan) {
   // The cheapest key poses bring the box so near to the base that the arm can't lift the hook from there.
   Problem problem = ReachProblem();
   problem.program.home = true;
@@ -212,7 +212,7 @@ struct Strained {
   }
 };
 
-TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoWitness) {
+TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoIkSolution) {
   Strained s;
   const SceneFacts& facts = s.facts;
   const int terms = static_cast<int>(s.key_poses.program.terms().size());
@@ -232,7 +232,7 @@ TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoWitness) {
   EXPECT_FALSE(AddMissingIkSolutions(facts, s.steps, s.key_poses.guess, s.key_poses));
 }
 
-TEST(IkRowsTest, SolvedTogetherKeyPosesHaveWitnesses) {
+TEST(IkRowsTest, SolvedTogetherKeyPosesHaveIkSolutions) {
   Strained s;
   const SceneFacts& facts = s.facts;
   ASSERT_TRUE(AddMissingIkSolutions(facts, s.steps, s.x, s.key_poses));

@@ -204,13 +204,13 @@ class PlanParser {
           list.items()[i].where(),
           "key pose " + std::to_string(i + 1) + " is of '" + step.control + "' in '" + step.target +
               "', for " + step.action + " (action_index " + std::to_string(step.action_index) + ")",
-          "the plan's actions ask for '" + wanted.control + "' in '" + wanted.target + "', for " +
+          "the plan's actions require '" + wanted.control + "' in '" + wanted.target + "', for " +
               wanted.action + " (action_index " + std::to_string(wanted.action_index) + ")");
       return;
     }
     if (plan.steps.size() != expected.size()) {
       diagnostics_.Add(list.where(), "the plan has " + std::to_string(plan.steps.size()) + " key poses",
-                       "its actions ask for " + std::to_string(expected.size()));
+                       "its actions require " + std::to_string(expected.size()));
     }
   }
 
@@ -229,7 +229,7 @@ class PlanParser {
     step.target = ReadFrame(reader, step.target_is_region ? "region" : "target");
     if (step.target_is_region) {
       if (!step.target.empty() && scene_.FindRegion(step.target) == nullptr) {
-        diagnostics_.Add(value.Find("region")->where(), "'" + step.target + "' is no region",
+        diagnostics_.Add(value.Find("region")->where(), "'" + step.target + "' is not a region",
                          "a region, or 'target' with a pose");
       }
     } else {

@@ -30,7 +30,7 @@ std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vect
 }
 
 // Once the wanted plans are found, the most sequences in a row that may be skipped before planning ends.
-constexpr int kMostPassedOver = 1000;
+constexpr int kMostSkipped = 1000;
 // A plan that is cheaper by no more than this share does not count as better.
 constexpr double kBetter = 1e-6;
 // The most orders of independent actions that are compared, and the share of the first one's lower cost bound
@@ -73,7 +73,7 @@ class Planner {
       std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
-      DealWithAll(std::move(batch));
+      TryAll(std::move(batch));
     }
   }
 
@@ -85,8 +85,8 @@ class Planner {
   };
   enum class Fate {
     kFeasible,
-    kFailed,      // refuted or given up
-    kPassedOver,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
+    kFailed,   // refuted or given up
+    kSkipped,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
   };
 
   bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
@@ -126,7 +126,7 @@ class Planner {
     }
   }
 
-  void DealWithAll(std::vector<std::vector<int>> batch) {
+  void TryAll(std::vector<std::vector<int>> batch) {
     std::vector<Candidate> candidates;
     for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
     const size_t window = static_cast<size_t>(problem_.search.threads);
@@ -138,7 +138,7 @@ class Planner {
         next.verdict =
             std::async(std::launch::async, [this, &next] { return Optimize(next.actions, next.index); });
       }
-      DealWith(candidates[i]);
+      Try(candidates[i]);
     }
   }
 
@@ -159,13 +159,13 @@ class Planner {
   }
 
   /// Some subsequence of it may be a plan. Subsequences that were not tried yet are tried first.
-  bool HasPlanAsPart(const Candidate& candidate) {
+  bool HasSubsequencePlan(const Candidate& candidate) {
     for (Subsequence& part : subsequences_.Find(candidate.actions)) {
       if (!Counts(part)) continue;
       if (!fates_.contains(part.actions)) {
         source_.Exclude(part.actions);
         Candidate first{part.actions, candidate.index};
-        DealWith(first);
+        Try(first);
         if (HasEnded()) return true;
       }
       const auto fate = fates_.find(part.actions);
@@ -184,31 +184,31 @@ class Planner {
            same_actions->second.contains(subsequences_.NormalOrder(actions));
   }
 
-  void DealWith(Candidate& candidate, bool in_any_order = false) {
+  void Try(Candidate& candidate, bool in_any_order = false) {
     const std::vector<int>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
-    const bool needless = HasPlanAsPart(candidate);
+    const bool needless = HasSubsequencePlan(candidate);
     if (HasEnded()) return;
     if (needless || (!in_any_order && IsOtherOrder(actions))) {
-      PassOver(actions, needless);
+      Skip(actions, needless);
       return;
     }
     if (Enough() && static_cast<double>(report_.candidates.size()) >= LastToTry()) {
       ended_ = true;
       return;
     }
-    passed_over_ = 0;
+    skipped_ = 0;
     double bound = 0;
     if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only) bound = BoundOf(actions);
     // It can't be among the best.
     if (EnoughWithout(bound)) {
-      fates_[actions] = Fate::kPassedOver;
+      fates_[actions] = Fate::kSkipped;
       Prune(actions, bound);
       return;
     }
     Verdict verdict =
         candidate.verdict.valid() ? candidate.verdict.get() : Optimize(actions, candidate.index);
-    Take(actions, bound, std::move(verdict));
+    Record(actions, bound, std::move(verdict));
     // The order is tried nevertheless where it seems to be shorter.
     if (in_any_order || AllWanted() || problem_.search.cheapest_only || FirstIsEnough() ||
         fates_.at(actions) != Fate::kFeasible)
@@ -216,7 +216,7 @@ class Planner {
     Candidate shorter{ShorterOrder(actions), candidate.index};
     if (shorter.actions.empty() || fates_.contains(shorter.actions)) return;
     source_.Exclude(shorter.actions);
-    DealWith(shorter, true);
+    Try(shorter, true);
   }
 
   double BoundOf(const std::vector<int>& actions) const {
@@ -231,24 +231,24 @@ class Planner {
     if (others.empty()) return {};
     const double first = BoundOf(actions);
     double least = first;
-    size_t in_vain = 0;
-    for (int at = 0; at < kMostOrders && in_vain < others.size() && !limits_.Over(); ++at) {
+    size_t without_gain = 0;
+    for (int at = 0; at < kMostOrders && without_gain < others.size() && !limits_.Over(); ++at) {
       std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
       const double bound = BoundOf(other);
-      ++in_vain;
+      ++without_gain;
       if (bound >= least * (1 - kBetter)) continue;
       least = bound;
       best = std::move(other);
       others = subsequences_.Exchanged(best);
-      in_vain = 0;
+      without_gain = 0;
     }
     return least < kMuchShorter * first ? best : std::vector<int>();
   }
 
-  void PassOver(const std::vector<int>& actions, bool needless) {
-    fates_[actions] = Fate::kPassedOver;
+  void Skip(const std::vector<int>& actions, bool needless) {
+    fates_[actions] = Fate::kSkipped;
     ++(needless ? report_.needless : report_.other_orders);
-    if (Enough() && ++passed_over_ >= kMostPassedOver) ended_ = true;
+    if (Enough() && ++skipped_ >= kMostSkipped) ended_ = true;
   }
 
   /// Keeps the costs in order.
@@ -274,7 +274,7 @@ class Planner {
     report_.candidates.push_back(std::move(pruned));
   }
 
-  void Take(const std::vector<int>& actions, double bound, Verdict verdict) {
+  void Record(const std::vector<int>& actions, double bound, Verdict verdict) {
     CandidateReport& report = verdict.report;
     report.bound = bound;
     // Where the cost of key poses does not count, a plan's cost is that of its actions.
@@ -351,7 +351,7 @@ class Planner {
   std::vector<double> costs_;               // of the feasible ones, ascending
   std::map<std::vector<int>, std::set<std::vector<int>>> feasible_orders_;  // normal ones, by sorted actions
   size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
-  int passed_over_ = 0;          // since the last candidate
+  int skipped_ = 0;              // since the last candidate
   bool ended_ = false;           // Planning ended while other candidates may be left.
   std::vector<task::Conflict> conflicts_;
   bool impossible_ = false;  // The proofs rule out every sequence.
@@ -365,8 +365,8 @@ std::string Planner::WhyIncomplete() const {
   const std::string all = "max_plans: 0 (--max-plans 0) tries them all";
   if (const auto limit = limits_.Reached()) return std::string(task::Describe(task::StatusOf(*limit)));
   if (FirstIsEnough()) return "a greedy search takes the first plan; others may cost less: " + all;
-  if (ended_ && passed_over_ >= kMostPassedOver)
-    return "the last " + std::to_string(kMostPassedOver) +
+  if (ended_ && skipped_ >= kMostSkipped)
+    return "the last " + std::to_string(kMostSkipped) +
            " sequences of actions do no more than a plan that was found, or the same in another order, and "
            "planning ended there; " +
            all;

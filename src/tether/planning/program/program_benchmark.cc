@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What was taken from the heap since it was made, per iteration of the benchmark.
+/// Heap allocations since its construction, per iteration of the benchmark.
 class HeapWatch {
  public:
   void Report(benchmark::State& state) const {

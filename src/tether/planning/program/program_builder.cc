@@ -185,7 +185,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     const Pose X_TC =
         math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
     if (!out.tree.AddStep(control, target)) {
-      sink.RefuteHere(target + " hangs on " + control + " and can't carry it");
+      sink.RefuteHere(target + " is attached to " + control + " and can't carry it");
       return out;
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);

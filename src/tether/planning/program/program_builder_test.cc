@@ -83,7 +83,7 @@ TEST(ProgramBuilderTest, NothingCanBePlacedOnWhatItCarries) {
   const KeyPoseProgram key_poses =
       BuildProgram(facts, BindSkeleton(problem, {"place(box,hook)", "place(hook,box)"}));
   ASSERT_FALSE(key_poses.refutations.empty());
-  EXPECT_THAT(key_poses.refutations.back(), HasSubstr("box hangs on hook"));
+  EXPECT_THAT(key_poses.refutations.back(), HasSubstr("box is attached to hook"));
 }
 
 TEST(SkeletonBindingTest, MistakesAreNamed) {

@@ -89,7 +89,7 @@ std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<st
       if (s.target_is_region && problem.scene.FindRegion(s.target) == nullptr) {
         diagnostics.Add(s.where,
                         "a step of '" + schema->name + "' has the target region '" + s.target +
-                            "', which is no region of the scene",
+                            "', which is not a region of the scene",
                         "a region, or a frame as target");
         continue;
       }

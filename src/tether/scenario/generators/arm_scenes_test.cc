@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-// Nothing in it speaks of where the hand reaches.
+// Nothing in it is about the hand's reach.
 constexpr const char* kDomain = R"((define (domain arm)
   (:requirements :strips :typing :negative-preconditions :equality)
   (:types thing)

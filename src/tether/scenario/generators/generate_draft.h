@@ -22,6 +22,7 @@ struct DraftObject {
   int colour = 0;                                 ///< Index into a palette.
   std::string remark;                             ///< A comment beside its name.
 
+  /// The pose of its frame in the world.
   math::Pose X_WO() const;
 };
 

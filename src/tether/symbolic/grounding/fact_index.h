@@ -18,6 +18,7 @@ class FactIndex {
   /// Of a predicate that is not `known`, anything may hold.
   FactIndex(const Problem& problem, std::vector<bool> known);
 
+  /// The atom may hold from now on.
   void Add(const Atom& atom);
   bool IsKnown(int predicate) const { return known_[static_cast<size_t>(predicate)]; }
   /// Those that may match an atom whose variables are bound where `binding` is not negative; some that do not
@@ -25,6 +26,7 @@ class FactIndex {
   const std::vector<std::vector<int>>& facts(int predicate) const {
     return relations_[static_cast<size_t>(predicate)].facts;
   }
+  /// Indices in facts(predicate) of the atoms that may match `atom` under `binding` (negative: not bound).
   const std::vector<int>& Candidates(const Formula& atom, const std::vector<int>& binding) const;
 
  private:

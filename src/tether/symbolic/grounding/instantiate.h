@@ -17,6 +17,7 @@ namespace tether::symbolic {
 class TypeIndex {
  public:
   explicit TypeIndex(const Problem& problem) : problem_(problem) {}
+  /// The objects of one of these types.
   const std::vector<int>& ObjectsOf(const std::vector<int>& types);
 
  private:
@@ -54,6 +55,7 @@ class Instantiator {
   /// One step of work: polls the limits now and then.
   void CountStep() { poller_.Tick(); }
 
+  /// The atom with its terms replaced by the objects of `binding`.
   static Atom Bind(int predicate, const std::vector<Term>& terms, const std::vector<int>& binding);
 
   TypeIndex& types() { return types_; }

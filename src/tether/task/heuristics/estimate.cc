@@ -197,7 +197,7 @@ bool Estimate::Strengthen(std::span<const symbolic::State> samples,
   std::vector<Shift> done;
   sum = Climb(cut, samples, sum, max_evaluations, done);
   if (sum - before < std::max<int64_t>(before / kLeastGain, 1)) {
-    // Backwards: then no cost becomes negative on the way.
+    // Backwards, so that no cost becomes negative in between.
     std::reverse(done.begin(), done.end());
     for (const Shift& shift : done)
       cut.potentials->Shift(cut.potentials->directions()[shift.direction], -shift.change);
