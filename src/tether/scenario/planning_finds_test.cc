@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/scenario/test_scenarios.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
@@ -371,6 +372,24 @@ TEST(PlanningFinds, WhatIsCarriedComesAlongWithoutParent) {
 }
 
 /// Every registered kind by itself, in an action of one step: a plan, or a reason that names the cause.
+/// A box far beyond what the hook reaches: the direction of a push that never begins is not the cause.
+TEST(PlanningFinds, WhatTheHookDoesNotReachIsSaid) {
+  for (const double x : {0.62, 0.80, 0.95}) {
+    Scenario scenario = Shipped("workspace_reach");
+    for (scene::Object& object : scenario.scene.objects) {
+      if (object.name == "box") object.X_ParentObject.p.x() = x;
+    }
+    PlanningOverrides overrides;
+    overrides.threads = 1;
+    const PlanReport report =
+        planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+    EXPECT_FALSE(report.ok()) << x;
+    EXPECT_THAT(report.message, AllOf(HasSubstr("hook does not get to box to push it: it would be "),
+                                      Not(HasSubstr("slip off"))))
+        << x;
+  }
+}
+
 /// An action of one step in which the hand does this to `a`.
 std::pair<planning::Problem, PlanReport> PlanOneStep(const std::string& shape, const std::string& position,
                                                      const std::string& constraint) {

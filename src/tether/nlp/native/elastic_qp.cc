@@ -253,13 +253,6 @@ void ElasticQp::StartFrom(const Eigen::VectorXd& y) {
   guess_known_ = true;
 }
 
-bool ElasticQp::TryActiveSet(Patience& patience, const ManifoldView::Values& values, double lambda,
-                             double tolerance) {
-  const bool converged = SolveByActiveSet(values, lambda, tolerance);
-  patience.Note(converged);
-  return converged;
-}
-
 bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd& c, double nu, double lambda,
                       double tolerance) {
   SetRows(c, nu);
@@ -268,15 +261,15 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
   const double rough = std::max(tolerance, kRoughPerPenalty * nu);
   bool converged = true;
   do {
-    converged = guess_known_ && with_last_rows_.TriesNow() &&
-                TryActiveSet(with_last_rows_, values, lambda, tolerance);
-    if (!converged && with_rough_rows_.TriesNow()) {
-      SolveByInteriorPoint(values, lambda, rough, false);
-      converged = TryActiveSet(with_rough_rows_, values, lambda, tolerance) ||
-                  SolveByInteriorPoint(values, lambda, tolerance, true) ||
-                  SolveByInteriorPoint(values, lambda, tolerance, false, true);
-    } else if (!converged) {
-      converged = SolveByInteriorPoint(values, lambda, tolerance, false) ||
+    converged = guess_known_ && SolveByActiveSet(values, lambda, tolerance);
+    if (!converged) {
+      const bool tries = with_rough_rows_.TriesNow();
+      if (tries) {
+        SolveByInteriorPoint(values, lambda, rough, false);
+        converged = SolveByActiveSet(values, lambda, tolerance);
+        with_rough_rows_.Note(converged);
+      }
+      converged = converged || SolveByInteriorPoint(values, lambda, tolerance, tries) ||
                   SolveByInteriorPoint(values, lambda, tolerance, false, true);
     }
     guess_known_ = true;

@@ -67,20 +67,18 @@ class ElasticQp {
                          Eigen::VectorXd& Hd) const;
 
  private:
-  /// Whether to try what may fail: after some failures in a row it is passed over once, then twice as often
-  /// with every further failure.
+  /// Whether to try what may fail: after a failure it is passed over once, after each further one in a row
+  /// twice as often.
   class Patience {
    public:
-    explicit Patience(int failures) : allowed_(failures) {}
     bool TriesNow() { return wait_ == 0 || --wait_ == 0; }
     void Note(bool succeeded) {
       failures_ = succeeded ? 0 : failures_ + 1;
-      if (failures_ >= allowed_) wait_ = 1 + (1 << std::min(failures_ - allowed_, kLongestWait));
+      if (!succeeded) wait_ = 1 + (1 << std::min(failures_ - 1, kLongestWait));
     }
 
    private:
     static constexpr int kLongestWait = 3;  // 2^3
-    int allowed_;
     int failures_ = 0, wait_ = 0;
   };
 
@@ -96,8 +94,6 @@ class ElasticQp {
   void Assemble(const ManifoldView::Values& values, double lambda);
 
   bool SolveByActiveSet(const ManifoldView::Values& values, double lambda, double tolerance);
-  /// The same as long as that is worth trying.
-  bool TryActiveSet(Patience& patience, const ManifoldView::Values& values, double lambda, double tolerance);
   /// Writes the gradient of the proximal function, with multipliers by `active_` (guessed) or as they are.
   void Slope(const ManifoldView::Values& values, double lambda, bool guessed);
   void FactorizeActive(const ManifoldView::Values& values, double lambda);
@@ -138,9 +134,9 @@ class ElasticQp {
   std::vector<char> is_near_, active_, factored_;
   std::vector<int> near_;
   bool guess_known_ = false;
-  // Of the active set: from the rows that were active last, which fails now and then, and from those that a
-  // rough interior point found, which fails for as long as rows are redundant.
-  Patience with_last_rows_{1000}, with_rough_rows_{1};
+  // Of the active set from the rows that a rough interior point found: where rows are redundant, it fails
+  // again and again.
+  Patience with_rough_rows_;
 
   Eigen::VectorXd d_, dd_, Hd_, slope_, Hstep_, interior_d_;
   double sigma_ = 0, factored_sigma_ = 0, factored_lambda_ = 0;
