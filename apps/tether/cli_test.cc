@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -366,7 +367,8 @@ TEST(CliTest, WhatIsNotHeldIsSaidByPlanAndCheck) {
   EXPECT_THAT(unheld.err, HasSubstr(why));
   ASSERT_NE(ParseYaml(unheld.out, "stdout").Find("not_runnable"), nullptr);
   EXPECT_THAT(ParseYaml(unheld.out, "stdout").Find("not_runnable")->AsText(), HasSubstr(why));
-  for (const std::string command : {"check '" + plan + "'", "run '" + scenario + "' --plan '" + plan + "'"}) {
+  for (const std::string& command :
+       std::vector<std::string>{"check '" + plan + "'", "run '" + scenario + "' --plan '" + plan + "'"}) {
     const Outcome refused = Tether(command);
     EXPECT_EQ(refused.exit_code, 2) << command;
     EXPECT_THAT(refused.err, HasSubstr(why)) << command;

@@ -137,10 +137,18 @@ class Surroundings {
     const Pose X_WA = X_WB_ * X_BA;
     const geometry::Aabb box = geometry::BoundingBox(shape_, X_WA);
     double room = std::numeric_limits<double>::infinity();
+    // The nearest by its box first: most of the others are then known to be further off.
+    size_t first = 0;
+    std::vector<double> apart;
     for (const Other& other : others_) {
+      apart.push_back(box.DistanceTo(other.box));
+      if (apart.back() < apart[first]) first = apart.size() - 1;
+    }
+    for (size_t i = 0; i < others_.size(); ++i) {
+      const size_t k = i == 0 ? first : i <= first ? i - 1 : i;
+      const Other& other = others_[k];
       // Boxes that overlap say nothing.
-      const double apart = box.DistanceTo(other.box);
-      if (apart > 0 && apart >= room) continue;
+      if (apart[k] > 0 && apart[k] >= room) continue;
       room = std::min(room, geometry::SignedDistance(shape_, X_WA, *other.shape, other.X_W).distance);
       if (room <= least) break;
     }
