@@ -137,7 +137,7 @@ void Prefix(XMLElement* element, const std::string& prefix) {
   }
 }
 
-// One robot's MJCF on its way into the scene's.
+// Converts one robot's MJCF for inclusion in the scene's.
 class RobotMerger {
  public:
   RobotMerger(const scene::Robot& robot, const robot::Model& model, const math::Pose& X_WB, XMLElement* root)
@@ -287,15 +287,11 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   document.Parse(kFrame);
   XMLElement* root = document.RootElement();
   root->FirstChildElement("option")->SetAttribute("timestep", Text({composition.timestep}).c_str());
-  int bodies = static_cast<int>(composition.driven.size());
-  for (const scene::Object& object : scene.objects) {
-    if (object.movable()) bodies += static_cast<int>(object.shape.parts.size());
-  }
-  const int contacts = composition.contacts ? 100 + 24 * bodies : 1;
+  const int contacts = std::max(1, composition.contact_room);
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", 4 * contacts + 100);
 
-  // Without it, hulls get one contact point only, on which nothing stands. Other pairs don't ask for it.
+  // Without it, hulls get one contact point only, on which nothing can stand. Other pairs don't use it.
   const bool hulls = std::any_of(scene.objects.begin(), scene.objects.end(), HasHull);
   if (hulls) {
     root->FirstChildElement("option")->InsertNewChildElement("flag")->SetAttribute("multiccd", "enable");

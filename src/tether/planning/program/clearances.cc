@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/limits.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::planning {
@@ -37,6 +38,7 @@ Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& st
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const std::vector<bool> moved = MovedSolids(facts, tree, steps[static_cast<size_t>(t)].schema.control, t);
     for (size_t a = 0; a < names.size(); ++a) {
+      PollLimits();
       if (!moved[a]) continue;
       std::vector<Exemption> exempt;
       for (const Exemption& exemption : exemptions) {
