@@ -134,45 +134,19 @@ double ApproachError(double tilt, const std::string& which) {
   return error;
 }
 
-/// What stands somewhere, and what bounds it.
-struct Standing {
-  const geometry::Shape* shape;
-  Pose X_W;
-  geometry::Aabb box;
-  double radius;
-};
-
-/// Everything but the object, before the step.
-std::vector<Standing> StandingAround(const Context& context, const std::string& object) {
-  std::vector<Standing> all;
-  if (context.ShapeOf(kHand) == nullptr) return all;
-  for (const scene::Object& other : context.scene().objects) {
-    if (other.name == object) continue;
-    const Pose X_W = context.PoseAt({other.name, context.step() - 1});
-    all.push_back(
-        {&other.shape, X_W, geometry::BoundingBox(other.shape, X_W), geometry::BoundingRadius(other.shape)});
-  }
-  return all;
-}
-
 /// The hand's pose for this grasp: over the part's centre, as deep as the palm allows.
-double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp,
-                  const std::vector<Standing>& around) {
+double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), grasp.centre_O);
   const double turn = math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
   double score = kWidthWeight * grasp.width + kTurnWeight * turn * turn;
   if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
     double clearance = kFingerClearance;
-    const geometry::Aabb box = geometry::BoundingBox(*hand, X_WH);
-    const double radius = geometry::BoundingRadius(*hand);
-    for (const Standing& other : around) {
-      const double balls = (other.X_W.p - X_WH.p).norm() - radius - other.radius;
-      const double apart = std::max(balls, box.DistanceTo(other.box));
-      // What overlaps in both may be anywhere.
-      if (apart > 0 && apart >= clearance) continue;
-      clearance =
-          std::min(clearance, geometry::SignedDistance(*hand, X_WH, *other.shape, other.X_W).distance);
+    for (const scene::Object& other : context.scene().objects) {
+      if (other.name == object) continue;
+      const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+      if (geometry::DistanceLowerBound(*hand, X_WH, other.shape, X_WOther) >= clearance) continue;
+      clearance = std::min(clearance, geometry::SignedDistance(*hand, X_WH, other.shape, X_WOther).distance);
     }
     score += kClearanceWeight * (kFingerClearance - clearance);
   }
@@ -370,7 +344,6 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
   }
   const Vector3d down_O = context.DownFace(object);
   GraspFlaws unasked;
-  const std::vector<Standing> around = StandingAround(context, object);
   const auto better = [](const Grasp& a, const Grasp& b) { return a.score < b.score - 1e-9; };
   for (size_t i = 0; i < shape->parts.size(); ++i) {
     const Part& part = shape->parts[i];
@@ -386,7 +359,7 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
           FormatInto(text, sizeof text, ", along (%.1f, %.1f, %.1f)", along_P.x(), along_P.y(), along_P.z());
           grasp.label += text;
         }
-        grasp.score = ScoreGrasp(context, object, part, grasp, around);
+        grasp.score = ScoreGrasp(context, object, part, grasp);
         of_part.push_back(std::move(grasp));
       }
     }
