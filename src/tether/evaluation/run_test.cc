@@ -143,7 +143,9 @@ TEST(RunTest, ReportsSayWhereThingsEnd) {
     for (size_t i = 0; i < 3; ++i)
       p[static_cast<Eigen::Index>(i)] = pose->Find("position")->items()[i].number();
     const double from_start = (p - prepared.scenario.scene.InitialPose(object.name).p).norm();
-    if (!object.movable()) EXPECT_LT(from_start, 1e-9) << object.name;
+    if (!object.movable()) {
+      EXPECT_LT(from_start, 1e-9) << object.name;
+    }
     moved = moved || from_start > 0.02;
   }
   EXPECT_TRUE(moved);
