@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -321,6 +322,57 @@ TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
   const Outcome temporal = Tether("plan '" + scenario + "' --goal 'F on(slab,cube)'");
   EXPECT_EQ(temporal.exit_code, 3) << temporal.out << temporal.err;
   EXPECT_THAT(temporal.out, HasSubstr("slab is 11.0 cm wide"));
+}
+
+// What `run` refuses, `plan` says and `check` refuses: key poses of what nothing holds may well be feasible.
+TEST(CliTest, WhatIsNotHeldIsSaidByPlanAndCheck) {
+  const ScratchFolder folder;
+  const std::string start = folder.File("unheld_");
+  WriteFile(start + "domain.pddl",
+            "(define (domain d) (:predicates (done ?a) (met ?a))"
+            " (:action meet :parameters (?a) :effect (met ?a))"
+            " (:action lay :parameters (?a ?b) :precondition (met ?a) :effect (done ?a)))");
+  WriteFile(start + "problem.pddl",
+            "(define (problem p) (:domain d) (:objects cube pad) (:init) (:goal (done cube)))");
+  const auto actions = [](const std::string& verbs, const std::string& target) {
+    return "format: tether.actions/1\nmeet:\n  parameters: [a]\n  steps:\n  - control: hand\n    target: " +
+           target + "\n    constraints:\n    - " +
+           (target == "a" ? "graspable: {object: a}" : "inside: {frame: hand, of: pad}") + "\n" +
+           (target == "a" ? "    allow: [[hand, a]]\n" : "    allow: [[hand, pad]]\n") + verbs +
+           "lay:\n  parameters: [a, b]\n  steps:\n  - control: a\n    target: b\n    constraints:\n"
+           "    - rests_on: {object: a, on: b}\n    - supported: {object: a, by: b}\n";
+  };
+  const std::string scenario = start + "scenario.yaml";
+  WriteFile(scenario,
+            "format: tether.scenario/1\nrobots: {arm: {model: panda}}\nobjects:\n"
+            "  bench: {shape: {box: [0.8, 0.9, 0.1]}, pose: {position: [0.6, 0, -0.05]}}\n"
+            "  pad: {shape: {box: [0.2, 0.2, 0.04]}, pose: {position: [0.5, 0.2, 0.02]}}\n"
+            "  cube: {shape: {box: [0.05, 0.05, 0.05]}, mass: 0.2, pose: {position: [0.5, -0.2, 0.025]}}\n"
+            "task: {domain: '" +
+                start + "domain.pddl', problem: '" + start +
+                "problem.pddl', goal: {pddl: '(done cube)'}, "
+                "max_actions: 2}\nactions: ['" +
+                start + "actions.yaml']\n");
+  const std::string plan = start + "plan.json";
+  WriteFile(start + "actions.yaml", actions("    execute:\n    - gripper: {close_on: a}\n", "a"));
+  const Outcome held = Tether("plan '" + scenario + "' --json - --output '" + plan + "'");
+  EXPECT_EQ(held.exit_code, 0) << held.out << held.err;
+  EXPECT_EQ(ParseYaml(held.out, "stdout").Find("not_runnable"), nullptr) << held.out;
+  // Two siblings: nothing is held, or the hand is somewhere else.
+  WriteFile(start + "actions.yaml", actions("", "pad"));
+  const Outcome unheld = Tether("plan '" + scenario + "' --json - --output '" + plan + "'");
+  EXPECT_EQ(unheld.exit_code, 0) << unheld.out << unheld.err;
+  const std::string why = "'cube' is not held, and no step before brings 'hand' to it";
+  EXPECT_THAT(unheld.err, HasSubstr("the best plan can't be run: "));
+  EXPECT_THAT(unheld.err, HasSubstr(why));
+  ASSERT_NE(ParseYaml(unheld.out, "stdout").Find("not_runnable"), nullptr);
+  EXPECT_THAT(ParseYaml(unheld.out, "stdout").Find("not_runnable")->AsText(), HasSubstr(why));
+  for (const std::string& command :
+       std::vector<std::string>{"check '" + plan + "'", "run '" + scenario + "' --plan '" + plan + "'"}) {
+    const Outcome refused = Tether(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.err, HasSubstr(why)) << command;
+  }
 }
 
 TEST(CliTest, ADepthLimitIsGivingUp) {

@@ -19,6 +19,7 @@
 #include "tether/common/version.h"
 #include "tether/evaluation/check.h"
 #include "tether/evaluation/run.h"
+#include "tether/execution/sequencer/resolved_plan.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/planning/plan/plan_report.h"
@@ -147,6 +148,19 @@ void WarnOfViolations(const planning::Plan& plan, const planning::Problem& probl
   if (!check.Feasible(problem.program)) LogWarning("the plan does not hold in this scene: " + check.Worst());
 }
 
+/// Why the executive refuses the best plan, whose key poses may be feasible all the same: it moves what is
+/// not held, say. Empty if it does not, or if there is no plan.
+std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::PlanReport& report) {
+  const planning::CandidateReport* best = report.best();
+  if (best == nullptr || scenario.execution.controller != "operational_space") return "";
+  try {
+    execution::Resolve(scenario.scene, best->plan);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 /// The plan to run: read, or the chosen one of those found. Empty, with an exit code, if there is none.
 std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Loaded& loaded,
                                          const scene::Scene& scene, const Terminal& terminal, int& exit_code,
@@ -242,7 +256,12 @@ int PlanCommand(const PlanArguments& arguments) {
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   ReportingScope reporting;
   const uint64_t seed = problem.search.seed;
-  outputs.Write(arguments.json, planning::WritePlanReport(report, loaded.scenario.title, seed));
+  Value value = planning::WritePlanReport(report, loaded.scenario.title, seed);
+  if (const std::string why = WhyNotRunnable(loaded.scenario, report); !why.empty()) {
+    LogWarning("the best plan can't be run: " + why);
+    value.Set("not_runnable", why);
+  }
+  outputs.Write(arguments.json, value);
   if (!arguments.trace.empty()) outputs.Write(arguments.trace, planning::WriteTrace(report, seed));
   if (!arguments.output.empty()) {
     if (const planning::CandidateReport* best = report.best()) {

@@ -331,6 +331,8 @@ class Run {
 
   void Judge() {
     const Truth truth = MakeTruth();
+    for (const scene::Object& object : scene_.objects)
+      report_.final_X_WO[object.name] = truth.X_WO.at(object.name);
     if (temporal_judge_) {
       report_.judgement = temporal_judge_->Judge(truth);
     } else {
@@ -436,7 +438,15 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
   value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
-  value.Set("snapshots", snapshots);
+  Value poses = Value::Object();
+  for (const auto& [object, X_WO] : report.final_X_WO) {
+    const Eigen::Quaterniond q(X_WO.R);
+    poses.Set(object,
+              Value::Object()
+                  .Set("position", Eigen::VectorXd(X_WO.p))
+                  .Set("quaternion_wxyz", Eigen::VectorXd(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()))));
+  }
+  value.Set("final_poses", poses).Set("snapshots", snapshots);
   return value;
 }
 

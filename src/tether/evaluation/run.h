@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,9 +61,10 @@ struct RunReport {
   int retries = 0;
   int replans = 0;
   std::vector<RunEvent> events;
-  std::vector<Margin> margins;         ///< Of the scenario's control constraints, while the plan ran.
-  std::vector<std::string> snapshots;  ///< Files written.
-  RunLog log;                          ///< If asked for.
+  std::vector<Margin> margins;  ///< Of the scenario's control constraints, while the plan ran.
+  std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
+  std::vector<std::string> snapshots;            ///< Files written.
+  RunLog log;                                    ///< If asked for.
 
   bool ok() const { return status == RunStatus::kSuccess; }
 };

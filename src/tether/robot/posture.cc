@@ -32,6 +32,14 @@ constexpr double kSettled = 2e-3;  // rad
 // It ends after this many iterations without progress.
 constexpr int kPatience = 12;
 
+/// a.DistanceTo(b) < range; mostly one axis is enough to tell that it is not.
+bool AreWithin(double range, const geometry::Aabb& a, const geometry::Aabb& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.lower[axis] - b.upper[axis] >= range || b.lower[axis] - a.upper[axis] >= range) return false;
+  }
+  return a.DistanceTo(b) < range;
+}
+
 }  // namespace
 
 PostureObstacle::PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still)
@@ -73,6 +81,8 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
     }
   }
   first.push_back(boxes_.size());
+  geometry::Aabb all;
+  for (const geometry::Aabb& box : boxes_) all.Include(box);
   const auto note = [&](const geometry::Distance& d, int solid, int obstacle, int other) {
     if (d.distance < posture.distance) {
       posture.distance = d.distance;
@@ -95,6 +105,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
   };
   for (size_t k = 0; k < problem.obstacles.size(); ++k) {
     const PostureObstacle& obstacle = problem.obstacles[k];
+    if (!AreWithin(range, all, obstacle.box)) continue;
     for (int solid = 0; solid < solids.hand(); ++solid) {
       if (obstacle.still && solids.links[static_cast<size_t>(solid)].link == 0) continue;
       if (std::find(obstacle.ignored.begin(), obstacle.ignored.end(), solid) != obstacle.ignored.end())
@@ -102,7 +113,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
       const auto& parts = shape(solid).parts;
       for (size_t i = 0; i < parts.size(); ++i) {
         const size_t index = first[static_cast<size_t>(solid)] + i;
-        if (boxes_[index].DistanceTo(obstacle.box) >= range) continue;
+        if (!AreWithin(range, boxes_[index], obstacle.box)) continue;
         const geometry::Distance d =
             geometry::SignedDistance(parts[i].primitive, X_BP_[index], *obstacle.primitive, obstacle.X_BP);
         if (d.distance < range) note(d, solid, static_cast<int>(k), -1);
@@ -115,7 +126,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
       const size_t index_a = first[static_cast<size_t>(a)] + i;
       for (size_t j = 0; j < parts_b.size(); ++j) {
         const size_t index_b = first[static_cast<size_t>(b)] + j;
-        if (boxes_[index_a].DistanceTo(boxes_[index_b]) >= range) continue;
+        if (!AreWithin(range, boxes_[index_a], boxes_[index_b])) continue;
         const geometry::Distance d = geometry::SignedDistance(parts_a[i].primitive, X_BP_[index_a],
                                                               parts_b[j].primitive, X_BP_[index_b]);
         if (d.distance < range) note(d, a, -1, b);

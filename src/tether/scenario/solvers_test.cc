@@ -24,6 +24,7 @@ const std::map<std::string, std::vector<double>>& KnownCosts() {
       {"hanoi", {0.4894, 0.5486}},
       {"tool_use", {0.2878, 0.3761}},
       {"stacking", {1.1636}},
+      {"press", {0.1424}},
       {"parts", {0.7143}}};
   return costs;
 }

@@ -181,6 +181,24 @@ void AddOtherParts(const Context& context, const geometry::Shape& shape, int gra
   }
 }
 
+/// Where no other constraint asks for the hand to be inside of what it grasps: the part is between the pads,
+/// along the directions in which they are not centred on it.
+void AddBetweenFingers(const Context& context, const Grasp& grasp, const Part& part, const std::string& label,
+                       const std::vector<FrameAt>& frames, RowSink& sink) {
+  const Vector3d up = -grasp.approach_O;
+  std::vector<HalfSpaceRow> rows;
+  const auto keep_inside = [&](const Vector3d& direction, double margin) {
+    const double extent = PartSupport(part, direction) + PartSupport(part, -direction);
+    for (const Vector3d& n : {direction, Vector3d(-direction)})
+      rows.push_back({Vector3d::Zero(), n, PartSupport(part, n) - std::min(margin, 0.25 * extent)});
+  };
+  keep_inside(up, 0);
+  // Bounds of a hull's sides say where along them the fingers are.
+  if (grasp.closing_O && grasp.bounds_O.empty())
+    keep_inside(up.cross(*grasp.closing_O), FingersOf(context.robot()).pad_half_width);
+  AddHalfSpaces(Role::kInequality, label + ": between the fingers", rows, frames, sink);
+}
+
 void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
   const std::string& object = parameters.Text("object");
   const geometry::Shape* shape = context.ShapeOf(object);
@@ -216,6 +234,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
     AddHalfSpaces(Role::kInequality, label + ": fingers on its sides", rows, frames, sink);
   }
   AddOtherParts(context, *shape, grasp->part, label, frames, sink);
+  if (!context.grip_margin(object)) AddBetweenFingers(context, *grasp, part, label, frames, sink);
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   sink.Add(
@@ -268,6 +287,11 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
                     return object + " is not midway between the fingers, but " +
                            InMillimetres(0.5 * (upper - lower)) + " off";
                   });
+  // Measured along the closing axis alone, what is beside the pads would be between them.
+  const double outside = geometry::DistanceToPoint(part.primitive, part.X_SP, X_OH.p).distance;
+  findings.Report(label + ": between the fingers", nlp::Unit::kMetre, outside, [&] {
+    return "the point between the fingers would be " + InMillimetres(outside) + " beside " + object;
+  });
   if (std::holds_alternative<geometry::Hull>(part.primitive)) {
     // The fingers lie flat against what they close on.
     for (const Vector3d& outward : {closing, Vector3d(-closing)}) {

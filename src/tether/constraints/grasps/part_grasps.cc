@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "tether/common/text.h"
 #include "tether/constraints/grasps/opposite_sides.h"
@@ -31,6 +33,16 @@ std::string Text(const char* format, auto... arguments) {
   char text[240];
   FormatInto(text, sizeof text, format, arguments...);
   return text;
+}
+
+/// Two numbers that are not the same, with as many decimals, from `decimals` on, as it takes to see that.
+std::pair<std::string, std::string> Apart(double a, double b, int decimals) {
+  std::string first, second;
+  for (; decimals <= 6 && first == second; ++decimals) {
+    first = Text("%.*f", decimals, a);
+    second = Text("%.*f", decimals, b);
+  }
+  return {first, second};
 }
 
 /// A lower bound on the width of any grasp of the part, m: square to `approach_P` if that is the only
@@ -140,19 +152,25 @@ void GraspFlaws::TooHeavy(const Load& load, double held, bool proved) {
 
 std::string GraspFlaws::Describe(const std::string& object) const {
   const char* name = object.c_str();
-  if (mass_ >= 0)
+  if (mass_ >= 0) {
+    const auto [mass, held] = Apart(mass_, held_, 2);
     return Text(
-        "%s is too heavy for the grip: it weighs %.2f kg, and pads that press with %.0f N hold %.2f kg of "
-        "what has a friction of %.2f",
-        name, mass_, force_, held_, friction_);
-  if (highest_ >= 0)
+        "%s is too heavy for the grip: it weighs %s kg, and pads that press with %.0f N hold %s kg of what "
+        "has a friction of %.2f",
+        name, mass.c_str(), force_, held.c_str(), friction_);
+  }
+  if (highest_ >= 0) {
+    const auto [height, needed] = Apart(1e3 * highest_, 1e3 * needed_, 1);
     return Text(
-        "%s is too low to grasp: it is %.1f mm high, and the fingers' pads need %.1f mm to stay clear of "
-        "what it lies on",
-        name, 1e3 * highest_, 1e3 * needed_);
-  if (std::isfinite(narrowest_))
-    return Text("%s is %.1f cm wide where it is narrowest; the gripper grasps up to %.1f cm", name,
-                100 * narrowest_, 100 * widest_taken_);
+        "%s is too low to grasp: it is %s mm high, and the fingers' pads need %s mm to stay clear of what it "
+        "lies on",
+        name, height.c_str(), needed.c_str());
+  }
+  if (std::isfinite(narrowest_)) {
+    const auto [width, widest] = Apart(100 * narrowest_, 100 * widest_taken_, 1);
+    return Text("%s is %s cm wide where it is narrowest; the gripper grasps up to %s cm", name, width.c_str(),
+                widest.c_str());
+  }
   return "no two sides of " + object + " face each other across the fingers' approach";
 }
 

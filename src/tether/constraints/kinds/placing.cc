@@ -132,16 +132,25 @@ class Surroundings {
     }
   }
 
-  /// Distance from the object at X_BA to the nearest thing, m.
-  double RoomAround(const Pose& X_BA) const {
+  /// Distance from the object at X_BA to the nearest thing, m; if that is no more than `least`, just that.
+  double RoomAround(const Pose& X_BA, double least) const {
     const Pose X_WA = X_WB_ * X_BA;
     const geometry::Aabb box = geometry::BoundingBox(shape_, X_WA);
     double room = std::numeric_limits<double>::infinity();
+    // The nearest by its box first: most of the others are then known to be further off.
+    size_t first = 0;
+    std::vector<double> apart;
     for (const Other& other : others_) {
+      apart.push_back(box.DistanceTo(other.box));
+      if (apart.back() < apart[first]) first = apart.size() - 1;
+    }
+    for (size_t i = 0; i < others_.size(); ++i) {
+      const size_t k = i == 0 ? first : i <= first ? i - 1 : i;
+      const Other& other = others_[k];
       // Where bounding boxes overlap, the bound says nothing.
-      const double apart = box.DistanceTo(other.box);
-      if (apart > 0 && apart >= room) continue;
+      if (apart[k] > 0 && apart[k] >= room) continue;
       room = std::min(room, geometry::SignedDistance(shape_, X_WA, *other.shape, other.X_W).distance);
+      if (room <= least) break;
     }
     return room;
   }
@@ -247,12 +256,12 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   const Pose first = X_TC;
   Pose best = X_TC;
   const Surroundings surroundings(context, object, by);
-  double best_room = surroundings.RoomAround(best);
+  double best_room = surroundings.RoomAround(best, -std::numeric_limits<double>::infinity());
   for (int ring = 1; ring <= kRings && best_room < kFreeDistance; ++ring) {
     for (int i = 0; i < 12; ++i) {
       const double angle = i * std::numbers::pi / 6;
       place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y), yaw);
-      const double room = surroundings.RoomAround(X_TC);
+      const double room = surroundings.RoomAround(X_TC, best_room);
       if (room > best_room + 1e-9) {
         best = X_TC;
         best_room = room;

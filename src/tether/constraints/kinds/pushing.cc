@@ -17,6 +17,8 @@ using Eigen::Vector3d;
 using math::Pose;
 using nlp::Role;
 
+// What pushes is at the object if it is no further away, m: the planner's tolerance of one row.
+constexpr double kTouching = 1e-3;
 // Between a tool that pushes and the surface that it passes over, m: room for the tool to sag.
 constexpr double kToolHeight = 0.004;
 // The least distance of the push from the ends of a line or face of contact, m.
@@ -219,6 +221,10 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
     const double angle = std::acos(std::clamp(touch.n_W.dot(push_W.normalized()), -1.0, 1.0));
     findings.Report(label + ": direction within half the friction angle", nlp::Unit::kRadian,
                     angle - HalfFrictionAngle(context, a, b), [&] {
+                      // The direction is not why where the tool does not even get there.
+                      if (touch.distance > kTouching)
+                        return a + " does not get to " + b + " to push it: it would be " +
+                               InMillimetres(touch.distance) + " away";
                       return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
                              " off the side's normal, and friction holds " +
                              InDegrees(HalfFrictionAngle(context, a, b));

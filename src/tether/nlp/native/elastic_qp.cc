@@ -257,15 +257,19 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
                       double tolerance) {
   SetRows(c, nu);
   ChooseNearRows();
+  // The interior point only has to identify the active rows; if it can't, it continues to the end.
+  const double rough = std::max(tolerance, kRoughPerPenalty * nu);
   bool converged = true;
   do {
     converged = guess_known_ && SolveByActiveSet(values, lambda, tolerance);
     if (!converged) {
-      // The interior point only has to identify the active rows; if it can't, it continues to the end.
-      const double rough = std::max(tolerance, kRoughPerPenalty * nu);
-      SolveByInteriorPoint(values, lambda, rough, false);
-      converged = SolveByActiveSet(values, lambda, tolerance) ||
-                  SolveByInteriorPoint(values, lambda, tolerance, true) ||
+      const bool tries = with_rough_rows_.TriesNow();
+      if (tries) {
+        SolveByInteriorPoint(values, lambda, rough, false);
+        converged = SolveByActiveSet(values, lambda, tolerance);
+        with_rough_rows_.Note(converged);
+      }
+      converged = converged || SolveByInteriorPoint(values, lambda, tolerance, tries) ||
                   SolveByInteriorPoint(values, lambda, tolerance, false, true);
     }
     guess_known_ = true;

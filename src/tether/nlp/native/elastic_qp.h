@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <utility>
@@ -66,6 +67,21 @@ class ElasticQp {
                          Eigen::VectorXd& Hd) const;
 
  private:
+  /// Whether to try what may fail: after a failure it is passed over once, after each further one in a row
+  /// twice as often.
+  class Patience {
+   public:
+    bool TriesNow() { return wait_ == 0 || --wait_ == 0; }
+    void Note(bool succeeded) {
+      failures_ = succeeded ? 0 : failures_ + 1;
+      if (!succeeded) wait_ = 1 + (1 << std::min(failures_ - 1, kLongestWait));
+    }
+
+   private:
+    static constexpr int kLongestWait = 3;  // 2^3
+    int failures_ = 0, wait_ = 0;
+  };
+
   void SetRows(const Eigen::VectorXd& c, double nu);
   void ChooseNearRows();
   /// Includes the rows that d violates and that are not included yet; false if there were none.
@@ -120,6 +136,9 @@ class ElasticQp {
   std::vector<char> is_near_, active_, factored_;
   std::vector<int> near_;
   bool guess_known_ = false;
+  // Of the active set from the rows that a rough interior point found: where rows are redundant, it fails
+  // again and again.
+  Patience with_rough_rows_;
 
   Eigen::VectorXd d_, dd_, Hd_, slope_, Hstep_, interior_d_;
   double sigma_ = 0, factored_sigma_ = 0, factored_lambda_ = 0;

@@ -35,6 +35,8 @@ constexpr int kBeforeArranging = 4;
 // Where no arrangement is feasible either, the most mode assignments tried: another order of actions is
 // likelier to succeed.
 constexpr int kAfterArranging = 8;
+// Violations that differ by so much, m or rad, are the same.
+constexpr double kSameViolation = 1e-6;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
 // The most constraints that are named as conflicting.
@@ -286,6 +288,14 @@ class CandidateRun {
     suspects_.insert(last_suspect_);
   }
 
+  /// Than the best so far. Violations that differ by rounding are the same: the cost decides.
+  bool IsBetter(double violation, double cost) const {
+    if (!least_violation_) return true;
+    const double same = *least_violation_ == 0 || violation == 0 ? 0 : kSameViolation;
+    return violation < *least_violation_ - same ||
+           (violation <= *least_violation_ + same && cost < report_.plan.cost);
+  }
+
   /// Stores the result if it is the best so far; true if the checker accepts it and it keeps every row.
   bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
     const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses, JointsOf(key_poses.ik_solutions));
@@ -296,8 +306,7 @@ class CandidateRun {
     const double violation = !accepted ? kRejected + check.max_violation_m + check.max_violation_rad
                              : !kept   ? result.max_violation_m + result.max_violation_rad
                                        : 0;
-    if (!least_violation_ || violation < *least_violation_ ||
-        (violation == *least_violation_ && check.cost < report_.plan.cost)) {
+    if (IsBetter(violation, check.cost)) {
       least_violation_ = violation;
       ReportKeyPoses(facts_, actions_, steps_, result.x.poses, key_poses.ik_solutions, check, report_);
       report_.trace = result.trace;
