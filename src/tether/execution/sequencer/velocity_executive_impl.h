@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 
@@ -104,6 +105,7 @@ struct VelocityExecutive::Impl {
   Eigen::VectorXd q;
   double opening = 0;
   std::vector<control::MovingPose> objects;  ///< In the world.
+  std::vector<FrameTracker> trackers;        ///< Of the objects: their velocities.
   std::vector<bool> invalid;                 ///< Its last pose was not finite.
   math::Pose X_WH;
 
