@@ -125,9 +125,8 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
 
 template <typename Kind>
 bool HasPart(const scene::Object& object) {
-  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(), [](const geometry::Part& part) {
-    return std::holds_alternative<Kind>(part.primitive);
-  });
+  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(),
+                     [](const geometry::Part& part) { return std::holds_alternative<Kind>(part.primitive); });
 }
 
 bool Contains(const auto& words, std::string_view word) {
@@ -302,8 +301,8 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", (roll ? 6 : 4) * contacts + 100);
 
-  // Without it, hulls and cylinders get one contact point only, on which nothing stands still. Other pairs don't
-  // ask for it.
+  // Without it, hulls and cylinders get one contact point only, on which nothing stands still. Other pairs
+  // don't ask for it.
   const bool one_point = std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& object) {
     return HasPart<geometry::Hull>(object) || HasPart<geometry::Cylinder>(object);
   });

@@ -14,8 +14,9 @@ using Eigen::Vector3d;
 
 // Axes that differ by less are one: the sine of their angle, and the distance from it, m.
 constexpr double kSameAxis = 1e-3, kOnAxis = 1e-4;
-// The arm of rolling resistance, m: the least with which tins of 8 to 50 mm stay within 0.1 mm for 5 s on level
-// ground (with 1e-4 m 0.7 mm, without 11 mm); on a slope of angle a they roll from tan a = arm / radius on.
+// The arm of rolling resistance, m: the least with which tins of 8 to 50 mm stay within 0.1 mm for 5 s on
+// level ground (with 1e-4 m 0.7 mm, without 11 mm); on a slope of angle a they roll from tan a = arm / radius
+// on.
 constexpr double kRollingFriction = 3e-4;
 
 }  // namespace

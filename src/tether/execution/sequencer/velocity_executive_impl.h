@@ -76,6 +76,8 @@ struct VelocityExecutive::Impl {
   double FreeOpening();
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
+  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  std::string BeyondReach() const;
   bool TryDetour(std::string& why);
   /// velocity_detour.cc: configurations that lead round what is in the way of the goal; empty, with the
   /// reason, if none do.

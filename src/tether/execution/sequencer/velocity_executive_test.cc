@@ -348,7 +348,7 @@ TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
     ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
     EXPECT_GT(nearest, -fake.options.controller.buffer - 1e-3) << plank_there;
     if (plank_there)
-      EXPECT_LT(widest, 0.16) << fake.Story();  // the cone ends near the middle between the planks
+      EXPECT_LT(widest, 0.15) << fake.Story();
     else
       EXPECT_GT(widest, 0.17) << fake.Story();
   }
@@ -449,6 +449,43 @@ TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
       << fake.Story();
   ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.3, -0.35, 0.05)).head<2>().norm(), 0.06 - 0.036);
+}
+
+// A place that is missed too often was passed over, and later actions began from what was not so.
+TEST(VelocityExecutiveTest, WhatMissesItsRegionTooOftenFails) {
+  Fake fake;
+  fake.options.max_retries = 1;
+  fake.Start(kCarry);
+  size_t seen = 0;
+  fake.Run(300, [&] {
+    const std::vector<Event>& events = fake.executive->events();
+    for (; seen < events.size(); ++seen) {
+      if (events[seen].kind == EventKind::kReleased) fake.truth.X_WO["block"].p.x() -= 0.06;
+    }
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(
+      fake.executive->status().reason,
+      ::testing::AllOf(HasSubstr("place(block,right): 'block' is not in 'right': its footprint reaches"),
+                       HasSubstr("although it was taken up again 1 times")));
+}
+
+// A tin that rolled off was "9429394 mm away", and was gone after until the end.
+TEST(VelocityExecutiveTest, WhatFellFarBeyondReachIsGivenUpAndSaid) {
+  for (const bool falls : {true, false}) {
+    Fake fake;
+    fake.Start({"move(left)", "grasp(block,left)"});
+    fake.Run(100, [&] {
+      if (fake.executive->step() == 2)
+        fake.truth.X_WO["block"].p = falls ? Vector3d(0.3, 0.3, -9429) : Vector3d(0, 3, 0);
+    });
+    EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+    EXPECT_THAT(fake.executive->status().reason,
+                ::testing::AllOf(HasSubstr(falls ? "'block' is 94" : "'block' is 3.0 m from"),
+                                 HasSubstr(" m from the shoulder of 'jaco', which reaches "),
+                                 ::testing::Not(HasSubstr("again"))));
+    EXPECT_EQ(fake.executive->retries(), 0) << fake.Story();
+  }
 }
 
 // thin_mat_blocks_placing: only the mat was exempt, not the table beneath it. A block that stands on a mat is
