@@ -18,7 +18,7 @@
 namespace tether::app {
 namespace {
 
-/// Larger automata are not for reading.
+/// Larger automata are not printed.
 constexpr int kMostStatesListed = 100;
 constexpr size_t kMostLines = 400;
 
@@ -76,7 +76,7 @@ std::string WriteAutomatonReport(const CompiledFormula& compiled) {
   const Value automaton = ltl::WriteStates(*compiled.automaton);
   for (const Value::Member& member : automaton.members()) report.Set(member.key, member.value);
   std::string text = WriteJson(report);
-  // The edges are text from the beginning: as values they take a hundred times the memory.
+  // The edges are written as text at once: as values they need a hundred times the memory.
   text.resize(text.rfind('\n', text.rfind('}')));
   return text + ",\n  \"edges\": " + ltl::WriteEdges(*compiled.automaton) + "\n}\n";
 }

@@ -88,7 +88,7 @@ TEST(CliTest, NumbersOutOfRangeAreBadInput) {
 }
 
 TEST(CliTest, LimitsEndPlanningHoweverShortTheyAre) {
-  // Times so short that they are over at different places on the way.
+  // Times so short that they end planning at different places.
   for (const char* limit : {"1e-9", "1e-4", "2e-3", "4e-3", "6e-3"}) {
     const Outcome outcome = Tether("plan " + Scenario("hanoi") + " --time-limit " + limit + " --json -");
     EXPECT_TRUE(outcome.exit_code == 4 || outcome.exit_code == 0) << limit << ": " << outcome.err;
@@ -219,7 +219,7 @@ TEST(CliTest, TasksAreSearchedWithoutAScene) {
   EXPECT_EQ(Tether(hanoi + " --search greedy --max-plans 2").exit_code, 2);
 }
 
-// Find time_limit_grounding: no limit was looked at before the search.
+// Find time_limit_grounding: no limit was checked before the search.
 TEST(CliTest, TimeLimitGrounding_GroundingGivesUpAtItsLimits) {
   const ScratchFolder folder;
   std::string objects;
@@ -316,7 +316,7 @@ TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
   const Outcome outcome = Tether("plan '" + scenario + "'");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out,
-              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper takes"));
+              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper grasps up to"));
   EXPECT_EQ(Tether("plan '" + scenario + "' --max-actions 1").exit_code, 4) << "a depth limit proves nothing";
   const Outcome temporal = Tether("plan '" + scenario + "' --goal 'F on(slab,cube)'");
   EXPECT_EQ(temporal.exit_code, 3) << temporal.out << temporal.err;

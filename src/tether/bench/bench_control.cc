@@ -12,7 +12,7 @@
 namespace tether::bench {
 namespace {
 
-/// A jump after so many ticks of a smooth sequence, and the time between ticks, s.
+/// The number of ticks between jumps of a smooth sequence, and the time between ticks, s.
 constexpr int kSequence = 500;
 constexpr double kTick = 0.005;
 

@@ -13,7 +13,7 @@ struct TickBench {
   std::string robot;
   int ticks = 0;
   double median = 0, p99 = 0, p9999 = 0, max = 0;  ///< s per tick
-  double over_1ms = 0;      ///< Share of ticks above 1 ms, on the clock: also where others had the processor.
+  double over_1ms = 0;      ///< Share of ticks above 1 ms of wall-clock time, preemption included.
   double cpu_over_1ms = 0;  ///< The same by the thread's own time …
   double cpu_max = 0;       ///< … and its longest tick, s.
   double mean_rows = 0;
@@ -21,10 +21,10 @@ struct TickBench {
   int relaxed = 0;         ///< Ticks in which rows conflicted.
   int faults = 0;          ///< Ticks without a solution.
   double worst_m = 0;      ///< The most that a distance fell below its safe value, m.
-  double region_rows = 0;  ///< Rows of the region that the hand is led to.
+  double region_rows = 0;  ///< Rows of the region that the hand goes to.
 };
 
-/// How the held object is led to a region.
+/// The form of the region that the held object is brought to.
 enum class BenchRegion { kDisc, kRectangle };
 
 /// A robot of this name with an object in its hand between a table, two walls and things upon the table. The

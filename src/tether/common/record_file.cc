@@ -22,7 +22,7 @@ std::string Reason() { return std::strerror(errno); }  // NOLINT: this thread's,
 RecordFile::RecordFile(std::string path, const Value& header) : path_(std::move(path)) {
   if (path_.empty()) return;
   file_ = open(path_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY, 0666);
-  // A pipe that is opened to be read as well would never tell that nobody reads it.
+  // A pipe that is opened for reading too would never report that it has no reader.
   struct stat status {};
   if (file_ >= 0 && fstat(file_, &status) == 0 && !S_ISREG(status.st_mode)) {
     close(file_);

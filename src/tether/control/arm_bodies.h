@@ -24,7 +24,7 @@ struct Solid {
   bool movable = false;
 };
 
-/// The convex parts of everything that may collide, where they are in the arm's base frame B at this tick.
+/// The convex parts of everything that may collide, with their poses in the arm's base frame B at this tick.
 /// Bodies are numbered: the links' solids as in robot::ArmSolids, the hand, then the objects. Allocates
 /// nothing after construction.
 class ArmBodies {
@@ -51,7 +51,7 @@ class ArmBodies {
   const Part* begin(int body) const { return parts_.data() + at(body).first_part; }
   const Part* end(int body) const { return begin(body) + at(body).num_parts; }
 
-  /// From here on the object moves with the hand; its pose is still given by Place().
+  /// From now on the object moves with the hand; its pose is still set by Place().
   void Hold(int object);
   void Release();
   int held() const { return held_; }  ///< Index of the object in the hand; −1: none.

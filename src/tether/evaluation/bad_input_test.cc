@@ -1,4 +1,4 @@
-// Finds about scenarios and files that crashed a command, or that it did not come to an end with.
+// Finds about scenarios and files with which a command crashed or did not end.
 
 #include <algorithm>
 #include <filesystem>
@@ -136,7 +136,7 @@ TEST_F(BadInputTest, HugeCylinderEndlessDistance) {
 }
 
 TEST_F(BadInputTest, CheckQuadraticObjects) {
-  // The tree finds what a look at all pairs finds.
+  // The tree finds the same pairs as a comparison of all.
   Random random(5);
   std::vector<geometry::Aabb> boxes;
   for (int i = 0; i < 300; ++i) {

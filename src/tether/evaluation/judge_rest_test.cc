@@ -99,7 +99,7 @@ void ExpectNone(const Yard& yard, double friction) {
     ADD_FAILURE() << what << ", friction " << friction << ": false at " << times << " of 201 samples";
 }
 
-// standing_cylinder_is_not_on: contacts tremble, and one step's velocity was taken for motion.
+// standing_cylinder_is_not_on: contacts tremble, and one step's velocity counted as motion.
 TEST(JudgeRestTest, WhatStandsOnATableIsOnIt) {
   for (const double friction : {0.3, 0.6, 1.0}) {
     Yard yard;

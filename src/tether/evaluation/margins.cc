@@ -88,7 +88,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
     const int b = bodies_.object(clearance.object);
     const std::string& name = bodies_.name(b);
     const bool to_hand = clearance.object == held || IsAllowed(runner, "hand", name);
-    // Where nothing is near, the least seen so far need not be known better.
+    // Pairs further apart than the least distance so far need no exact distance.
     const double below = 1.0;
     double least = below;
     std::string what;

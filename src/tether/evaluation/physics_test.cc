@@ -166,7 +166,7 @@ TEST(ExecutiveSim, TriesAgainWhenTheGraspIsMissed) {
   ExpectAt(run, "box", {0.45, -0.2, 0.025}, 0.004);
 }
 
-// The box is lost on its way: execution resumes with picking it up.
+// The box is lost in transfer: execution resumes with picking it up.
 TEST(ExecutiveSim, PicksUpWhatItLost) {
   bool moved = false;
   const auto disturb = [&](sim::World& world, const Executive& executive) {

@@ -170,7 +170,7 @@ class Run {
         log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
       }
     }
-    // Constraints of verbs come when their verbs do: they were not measured before.
+    // Constraints of verbs begin with their verbs: they were not measured before.
     for (; logged_margins_ < margins.size(); ++logged_margins_) {
       const Margin& margin = margins[logged_margins_];
       const std::vector<double> before(log.times.size(), std::nan(""));
@@ -225,7 +225,7 @@ class Run {
     }
   }
 
-  /// An event that waited for what never came is worth knowing: what was to be tried was not.
+  /// Events that never started are reported: the run did not test what it should.
   void NameMissedEvents() {
     for (size_t i = 0; i < options_.events.size(); ++i) {
       if (done_[i]) continue;
@@ -316,7 +316,7 @@ class Run {
     return truth;
   }
 
-  /// A temporal goal reads how things are at the start, after each action and in between.
+  /// A temporal goal reads the start, each action's end and the samples in between.
   void FeedJudge() {
     if (!temporal_judge_) return;
     const int done = ActionsDone();

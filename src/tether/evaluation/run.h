@@ -67,7 +67,7 @@ struct RunReport {
   bool ok() const { return status == RunStatus::kSuccess; }
 };
 
-/// How the scenario sets the velocity controller.
+/// The scenario's settings of the velocity executive.
 execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario);
 
 /// Executes a plan in the simulation, starting from `scene`, and judges the scenario's goal from the

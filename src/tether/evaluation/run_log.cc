@@ -77,7 +77,7 @@ class Panel {
            Number(kWidth - kLeft - kRight) + "' height='" + Number(kPanel) +
            "' fill='none' stroke='#888'/>\n";
     const double step = RoundStep(high_ - low_, 5), time_step = RoundStep(end_, 8);
-    // By number: added up, a step that is small beside the values would lead nowhere.
+    // By number: added up, a step that is small beside the values would be lost to rounding.
     const double first = std::ceil(low_ / step);
     for (int i = 0; i <= kMostLines && (first + i) * step <= high_; ++i) {
       const double value = (first + i) * step;
@@ -153,7 +153,7 @@ std::vector<double> ReadNumbers(const Value& list, const std::string& what, Diag
     return numbers;
   }
   for (const Value& item : list.items()) {
-    // What was never measured is as far away as a number can say; nobody wants to see it drawn.
+    // Values that were never measured are huge; they are not drawn.
     const bool drawn = item.kind() == Value::Kind::kNumber && std::abs(item.number()) <= kGreatestNumber;
     if (!item.is_null() && item.kind() != Value::Kind::kNumber) ReadNumber(item, what, diagnostics);
     numbers.push_back(drawn ? item.number() : std::nan(""));

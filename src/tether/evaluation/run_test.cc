@@ -99,7 +99,7 @@ TEST(RunTest, WhatIsNotCarriedOutIsNoSuccessThoughTheGoalHolds) {
   EXPECT_TRUE(report.judgement.goal_reached);
 }
 
-// event_never_fires: an event that waited for what never came was silently left out.
+// event_never_fires: an event whose moment never came was silently left out.
 TEST(RunTest, EventsThatNeverHappenAreSaid) {
   Prepared prepared = OneBlock();
   RunOptions options;

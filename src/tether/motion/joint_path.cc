@@ -52,7 +52,7 @@ class Sampler : public ob::StateSampler {
   Random random_;
 };
 
-/// Counts what is asked of `is_free`, and says no when that was enough.
+/// Counts the calls of `is_free`, and returns false once the limit is reached.
 class Checker {
  public:
   explicit Checker(const JointPathProblem& problem) : problem_(problem) {}
@@ -61,7 +61,7 @@ class Checker {
     ++checks_;
     return problem_.is_free(q);
   }
-  /// The straight way between two configurations, both ends included.
+  /// The straight line between two configurations, both ends included.
   bool IsFree(const VectorXd& a, const VectorXd& b) {
     const int steps =
         std::max(1, static_cast<int>(std::ceil((b - a).cwiseAbs().maxCoeff() / problem_.resolution)));

@@ -9,7 +9,7 @@
 
 namespace tether::nlp {
 
-/// What the backends share; not for users of the room.
+/// Shared by the backends; not for users of the room.
 
 std::unique_ptr<Solver> MakeIpoptSolver();
 std::unique_ptr<Solver> MakeNloptSolver();
@@ -37,15 +37,15 @@ class Monitor {
 
   double Seconds() const;
   /// The reason to end now, if there is one: stopped, out of time, or a residual that was not finite. Once
-  /// given it stays.
+  /// there is one it stays.
   std::optional<Status> ReasonToEnd();
   /// Ends the solve because the residual called `name` was not finite.
   void FailNotFinite(const std::string& name);
   /// Ends the solve for a limit that the backend keeps itself.
   void End(Status status) { reason_ = status; }
-  /// Adds to the trace, if one is asked for. Iterations count from 0; a repeated number is ignored.
+  /// Adds to the trace, if there is one. Iterations count from 0; a repeated number is ignored.
   void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
-  /// The same for a backend that has the figures at hand.
+  /// The same for a backend that knows the figures.
   void Record(int iteration, double cost, double violation_m, double violation_rad);
   bool WantsRecord(int iteration) const {
     return options_.trace && (trace_.empty() || iteration > trace_.back().iteration);

@@ -132,11 +132,11 @@ class IpoptProgram : public Ipopt::TNLP {
     return !monitor_.ReasonToEnd().has_value() && !settled();
   }
 
-  /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never
-  /// settle and the iterates jump between their two sides, but the point has settled. The most feasible of
-  /// those iterates is the result.
+  /// Ends a solve that is nearly feasible and, for many iterations, no cheaper: at kinks of distances the
+  /// multipliers never converge and the iterates jump between both sides, but the point has converged. The
+  /// most feasible of those iterates is the result.
   bool settled() const { return quiet_iterations_ >= kQuietIterations && rises_ >= kQuietIterations / 3; }
-  /// Where to begin, in place of the guess.
+  /// The start, in place of the guess.
   void StartFrom(const Eigen::VectorXd& x) { start_ = x; }
 
   void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,
@@ -146,7 +146,7 @@ class IpoptProgram : public Ipopt::TNLP {
   }
 
  private:
-  static constexpr double kInfinity = 2e19;  // What IPOPT takes for none.
+  static constexpr double kInfinity = 2e19;  // IPOPT's "no bound".
 
   bool At(const Number* x, bool derivatives) {
     if (monitor_.ReasonToEnd()) return false;
@@ -268,8 +268,8 @@ std::timed_mutex& IpoptMutex() {
   return mutex;
 }
 
-/// Gauss–Newton converges in few steps where it converges; where constraints curve too much for it, L-BFGS
-/// takes over.
+/// Gauss–Newton converges in few steps or not at all; where constraints curve too much for it, L-BFGS
+/// follows.
 constexpr int kGaussNewtonIterations = 100;
 
 class IpoptSolver : public Solver {
@@ -295,7 +295,7 @@ class IpoptSolver : public Solver {
         iterations < options.max_iterations) {
       const Eigen::VectorXd reached = nlp->x();
       nlp = new IpoptProgram(view, monitor, iterations + 1);
-      // Settled without converging: perhaps for want of the constraints' curvature, so L-BFGS goes on from
+      // Ended without converging: perhaps for lack of the constraints' curvature, so L-BFGS continues from
       // there.
       if (settled) nlp->StartFrom(reached);
       outcome = RunIpopt(*nlp, options, HessianKind::kLbfgs, options.max_iterations - iterations);

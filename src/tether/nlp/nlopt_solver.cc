@@ -148,8 +148,8 @@ class NloptSolver : public Solver {
   }
 
  private:
-  static constexpr int kMostForSlsqp = 400;  // variables; a step then takes some 50 ms
-  // The multipliers are only as good as the minimum that they are taken from.
+  static constexpr int kMostForSlsqp = 400;  // variables; a step then needs some 50 ms
+  // The multipliers are only as accurate as the minimum at which they are computed.
   static constexpr double kInnerTolerance = 1e-2;
 };
 

@@ -15,8 +15,8 @@ namespace tether::nlp {
 struct Point {
   std::vector<math::Pose> poses;         ///< By the index that AddPose returned.
   std::vector<Eigen::VectorXd> vectors;  ///< By the index that AddVector returned.
-  /// Poses that are given: residuals may read them, and no solver moves them. They make one program serve for
-  /// many problems that differ only in where things stand.
+  /// Poses that are given: residuals may read them, and no solver moves them. So one program serves for many
+  /// problems that differ only in given poses.
   std::vector<math::Pose> parameters = {};
 };
 
@@ -107,10 +107,10 @@ class Program {
 };
 
 /// The point moved by `delta`, one coordinate per tangent dimension in the order of Program::Offset(): poses
-/// by the right perturbation X · Exp(δ), vectors by addition. Bounds are not looked at.
+/// by the right perturbation X · Exp(δ), vectors by addition. Bounds are ignored.
 Point Retract(const Point& x, const Eigen::VectorXd& delta);
 
-/// How well a point does, in the program's own units.
+/// Cost and violations at a point, in the program's own units.
 struct Assessment {
   double cost = 0;
   double max_violation_m = 0;

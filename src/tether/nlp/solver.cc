@@ -158,8 +158,7 @@ Result Monitor::Finish(Point x, Status status, std::string message, int iteratio
     result.message =
         "residual '" + (not_finite_.empty() ? assessment.not_finite : not_finite_) + "' is not finite";
   }
-  // A backend judges its own scaled problem; what it calls solved has to be so in the program's units as
-  // well.
+  // A backend judges its own scaled problem; its "solved" must hold in the program's units as well.
   const double violation = LargestViolation(assessment);
   if (result.status == Status::kSolved && violation > 10 * options_.constraint_tolerance) {
     result.status = Status::kFailed;

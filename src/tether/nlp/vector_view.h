@@ -17,7 +17,7 @@ math::Pose ChartPose(const math::Pose& origin, const math::Vector6d& v);
 /// δ = (R(v)ᵀ dv_p, J_r(v_r) dv_r).
 math::Matrix6d ChartJacobian(const math::Pose& origin, const math::Vector6d& v);
 
-/// A program as functions of a plain vector, for backends that want one (docs/architecture.md,
+/// A program as functions of a plain vector, for backends that need that form (docs/architecture.md,
 /// "Conventions"). Poses are charted around the point it is made with; vectors are themselves. Constraint
 /// rows: equalities first, then inequalities, each in the order of the program's terms.
 ///
@@ -42,9 +42,9 @@ class VectorView {
   const Eigen::VectorXd& start() const { return start_; }
   Point PointAt(const Eigen::VectorXd& x) const;
 
-  /// Where the constraint Jacobian's values stand. Fixed, one entry per place.
+  /// The places of the constraint Jacobian's values. Fixed, one entry per place.
   const std::vector<Entry>& jacobian_entries() const { return jacobian_entries_; }
-  /// Where the lower triangle of the Gauss–Newton matrix stands, the whole diagonal included.
+  /// The places of the lower triangle of the Gauss–Newton matrix, the whole diagonal included.
   const std::vector<Entry>& hessian_entries() const { return hessian_entries_; }
 
   /// Computes cost and constraints at x. False if some residual is not finite there; see not_finite().

@@ -14,7 +14,7 @@ class ControlSequence {
 
   /// Writes the next problem, `step` seconds later; `problem` is resized.
   void Next(double step, Problem& problem);
-  /// Jumps to an unrelated state: the next problem has nothing in common with the last.
+  /// Jumps to an unrelated state: the next problem is unrelated to the last.
   void Jump();
 
  private:

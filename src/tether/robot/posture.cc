@@ -14,23 +14,22 @@
 namespace tether::robot {
 namespace {
 
-// Of clearances that are not kept, per m², relative to the length of a step.
+// Weight of violated clearances, per m², relative to the length of a step.
 constexpr double kClearanceWeight = 1e3;
-// Pairs within this beyond the clearance hold each other where they are, and are brought this far beyond it,
-// m.
+// Pairs within this beyond the clearance come no nearer, and violated ones are brought this far beyond it, m.
 constexpr double kBand = 0.004;
 constexpr double kBeyond = 0.001;
-// What is near makes the rest posture less important.
+// Near obstacles reduce the weight of the rest posture.
 constexpr double kWeakPull = 0.02;
 constexpr double kLeastDamping = 1e-9;
 constexpr double kMostDamping = 3e-3;
 constexpr double kMaxStep = 0.5;  // rad
 constexpr double kMaxPull = 0.3;  // rad, towards the rest posture in one step
-// Links are looked at when the hand is this near to where it must be (m + rad).
+// Links are checked once the hand's error is below this (m + rad).
 constexpr double kNearlyThere = 0.3;
 constexpr double kThere = 1e-8;
 constexpr double kSettled = 2e-3;  // rad
-// Without coming nearer for so many iterations it ends.
+// It ends after this many iterations without progress.
 constexpr int kPatience = 12;
 
 }  // namespace
@@ -54,7 +53,7 @@ PostureSolver::PostureSolver(std::shared_ptr<const Model> model)
 void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients) {
   const ArmSolids& solids = model_->solids();
   const int n = kinematics_.dof();
-  // Those within the band matter only to steps.
+  // Those within the band affect only the steps.
   const double range = problem.clearance + (gradients ? kBand : 0);
   posture.distance = problem.clearance;
   posture.solid = posture.obstacle = posture.other_solid = -1;
@@ -138,7 +137,7 @@ void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& er
     pull.noalias() += kClearanceWeight * lacking * pair.gradient.transpose();
   }
   const double damping = kLeastDamping + kMostDamping * std::min(1.0, error.squaredNorm());
-  // Joints that would leave their limits are held there, and the others make up for it.
+  // Joints that would leave their limits are held there, and the others compensate.
   std::array<bool, kMostJoints> held{};
   for (int round = 0; round < 4; ++round) {
     const Eigen::LLT<Matrix> factor(H);

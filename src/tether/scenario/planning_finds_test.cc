@@ -1,4 +1,4 @@
-// What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
+// Finds about wrong results of planning (docs/finds.md): a scene of its kind for each find, and siblings.
 #include <cmath>
 #include <map>
 #include <string>
@@ -242,7 +242,7 @@ TEST(PlanningFinds, MessagesNameTheCause) {
   EXPECT_THAT(near.message, HasSubstr("too near to the base of panda"));
 }
 
-/// What the executive would not grasp, planning refutes, and for the same reason.
+/// Planning refutes what the executive would not grasp, with the same reason.
 TEST(PlanningFinds, PlanAndRunDisagreeOnGraspability) {
   const auto plan = [](const std::string& shape, const std::string& more = "") {
     Texts texts;
@@ -335,7 +335,7 @@ TEST(PlanningFinds, BetweenTwoBarsIsNoFace) {
   const planning::PlanStep& last = report.best()->plan.steps.back();
   EXPECT_GE(std::abs(last.X_TC.p.y()), 0.08);
   EXPECT_LE(std::abs(last.X_TC.p.y()), 0.1);
-  // Edges of sheets are no faces: only what spans both could stand there.
+  // Edges of sheets are no faces: only an object that spans both could stand there.
   const PlanReport sheets = PlanOnParts(
       "[{box: [0.2, 0.0018, 0.07], pose: {position: [0, 0.09, 0]}}, "
       "{box: [0.2, 0.0018, 0.07], pose: {position: [0, -0.09, 0]}}]",
@@ -353,7 +353,7 @@ TEST(PlanningFinds, LongBoardBridgesTwoSheets) {
   EXPECT_LT(std::abs(report.best()->plan.steps.back().X_TC.p.y()), 0.08);
 }
 
-/// What stands on a movable board comes along with it, whatever frame its pose was written in.
+/// An object on a movable board moves along with it, whatever frame its pose was written in.
 TEST(PlanningFinds, WhatIsCarriedComesAlongWithoutParent) {
   Scene scene;
   scene.things = Thing("stand", "{box: [0.2, 0.2, 0.07]}", "{position: [0.45, -0.3, 0.035]}") +
@@ -399,7 +399,7 @@ TEST(PlanningFinds, EveryKindWorksOnItsOwn) {
     const planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
     const PlanReport report = planning::PlanTask(problem, *MakeTask(scenario));
     if (kind.name == "push_normal" && !report.ok()) {
-      // What pushes has to touch before: nothing does.
+      // The pusher has to touch before: none does.
       EXPECT_THAT(report.message, HasSubstr("push_normal(hand, a)"));
       continue;
     }

@@ -82,7 +82,7 @@ planning::SearchMethod ChooseSearch(const std::string& name) {
   return static_cast<planning::SearchMethod>(found - SearchNames().begin());
 }
 
-/// Some action of the domain has steps that any pose in a region will do for.
+/// Some action of the domain has steps for which any pose in a region serves.
 bool HasRegionActions(const Scenario& scenario) {
   if (scenario.problem == nullptr) return false;
   return std::any_of(scenario.actions.begin(), scenario.actions.end(), [&](const auto& action) {

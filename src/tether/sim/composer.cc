@@ -144,7 +144,7 @@ void Prefix(XMLElement* element, const std::string& prefix) {
   }
 }
 
-// One robot's MJCF on its way into the scene's.
+// Converts one robot's MJCF for inclusion in the scene's.
 class RobotMerger {
  public:
   RobotMerger(const scene::Robot& robot, const robot::Model& model, const math::Pose& X_WB, XMLElement* root)
@@ -290,19 +290,15 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   document.Parse(kFrame);
   XMLElement* root = document.RootElement();
   root->FirstChildElement("option")->SetAttribute("timestep", Text({composition.timestep}).c_str());
-  int bodies = static_cast<int>(composition.driven.size());
-  for (const scene::Object& object : scene.objects) {
-    if (object.movable()) bodies += static_cast<int>(object.shape.parts.size());
-  }
   const bool roll = std::any_of(scene.objects.begin(), scene.objects.end(), [](const scene::Object& object) {
     return object.movable() && Rolls(object.shape);
   });
-  const int contacts = composition.contacts ? 100 + 24 * bodies : 1;
+  const int contacts = std::max(1, composition.contact_room);
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
   root->FirstChildElement("size")->SetAttribute("njmax", (roll ? 6 : 4) * contacts + 100);
 
   // Without it, hulls and cylinders get one contact point only, on which nothing stands still. Other pairs
-  // don't ask for it.
+  // don't use it.
   const bool one_point = std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& object) {
     return HasPart<geometry::Hull>(object) || HasPart<geometry::Cylinder>(object);
   });

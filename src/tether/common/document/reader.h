@@ -9,7 +9,7 @@
 
 namespace tether {
 
-/// Reads a map key by key, gathering every mistake, and reports keys that nobody asked for.
+/// Reads a map key by key, gathers every mistake, and reports unknown keys.
 ///
 /// Each getter returns its fallback after adding a diagnostic, so that reading goes on and a file's mistakes
 /// are reported together. `what` names the map in messages: "object 'box'".
@@ -27,6 +27,7 @@ class ObjectReader {
   int Integer(std::string_view key, int fallback);
   uint64_t Natural(std::string_view key, uint64_t fallback);
   bool Bool(std::string_view key, bool fallback);
+  /// May be empty, which for a name is the same as leaving the key out.
   std::string Text(std::string_view key, std::string fallback);
   Eigen::VectorXd Vector(std::string_view key, const Eigen::VectorXd& fallback);
   std::vector<std::string> TextList(std::string_view key);
@@ -58,6 +59,7 @@ int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagno
 uint64_t ReadNatural(const Value& value, const std::string& what, Diagnostics& diagnostics,
                      uint64_t fallback = 0);
 bool ReadBool(const Value& value, const std::string& what, Diagnostics& diagnostics, bool fallback = false);
+/// A text that is not empty.
 std::string ReadText(const Value& value, const std::string& what, Diagnostics& diagnostics);
 /// A list of `size` finite numbers; any size if `size` is negative.
 std::optional<Eigen::VectorXd> ReadVector(const Value& value, int size, const std::string& what,

@@ -10,8 +10,8 @@
 
 namespace tether {
 
-/// Puts a document together from what a reader comes upon, in the order of the text, within kMaxDepth and
-/// kMaxValues. Throws InputError beyond them, and for a key that is given twice.
+/// Builds a document from a reader's events, in the order of the text, within kMaxDepth and kMaxValues.
+/// Throws InputError beyond them, and for a key that is given twice.
 class ValueBuilder {
  public:
   /// Names a value for Alias(); 0: none.
@@ -56,7 +56,7 @@ class ValueBuilder {
   Value root_;
 };
 
-/// Reads strict JSON, of any length of keys; false, with nothing said, if the text is not that.
+/// Reads strict JSON, with keys of any length; false, without a message, if the text is none.
 bool ParseStrictJson(std::string_view text, const std::string& file, Value* value);
 
 }  // namespace tether

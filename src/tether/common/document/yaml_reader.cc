@@ -17,7 +17,7 @@ Location PlaceOf(const YAML::Mark& mark, const std::string& file) {
   return {file, mark.line + 1, mark.column + 1};
 }
 
-/// Turns what yaml-cpp comes upon into values.
+/// Turns yaml-cpp's events into values.
 class Events : public YAML::EventHandler {
  public:
   explicit Events(std::string file) : file_(std::move(file)) {}

@@ -34,12 +34,12 @@ constexpr double kPalmClearance = 0.005;
 constexpr double kOtherPartClearance = 0.002;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
-// In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are
-// otherwise as good the narrower one, per m.
+// Weights of scores, per m: clearance that the fingers lack; distance of the wrist beyond reach; width of the
+// grasp, which decides between equals.
 constexpr double kClearanceWeight = 10;
 constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;
-// Of the pairs of sides of one part, so many are offered.
+// The most pairs of sides of one part that are offered.
 constexpr size_t kMostOfPart = 8;
 
 }  // namespace
@@ -74,8 +74,8 @@ std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primi
 
 namespace {
 
-/// The rotation of a hand that approaches along `approach` and closes along `closing`, turned the way round
-/// that is nearer to `R_now` (the gripper is symmetric).
+/// The rotation of a hand that approaches along `approach` and closes along ±`closing`, whichever is nearer
+/// to `R_now` (the gripper is symmetric).
 Matrix3d HandRotation(const Vector3d& approach, const Vector3d& closing, const Matrix3d& R_now) {
   Matrix3d R;
   R.col(2) = approach;
@@ -98,7 +98,7 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
                       R_now);
 }
 
-/// From where the hand may come to a part: unit vectors in the object's frame, along which it moves.
+/// The approach directions to a part: unit vectors in the object's frame, along which the hand moves.
 std::vector<Vector3d> ApproachesTo(const Part& part, const Vector3d& down_O, const std::string& which) {
   std::vector<Vector3d> all;
   if (which == "down" || which == "any") all.push_back(down_O);
@@ -123,8 +123,8 @@ std::vector<Vector3d> ApproachesTo(const Part& part, const Vector3d& down_O, con
   return all;
 }
 
-/// Of the angles between the hand's way and straight down that `which` allows, how far the nearest is off,
-/// rad.
+/// How far the angle between the hand's approach and straight down is from the nearest one that `which`
+/// allows, rad.
 double ApproachError(double tilt, const std::string& which) {
   const double quarter = std::numbers::pi / 4;
   double error = std::numeric_limits<double>::infinity();
@@ -134,7 +134,7 @@ double ApproachError(double tilt, const std::string& which) {
   return error;
 }
 
-/// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
+/// The hand's pose for this grasp: over the part's centre, as deep as the palm allows.
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), grasp.centre_O);
@@ -153,7 +153,7 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
   if (context.robot() != nullptr) {
     const robot::Reach& reach = context.robot()->reach();
     const Vector3d p_WCentre = context.X_WBase() * reach.centre;
-    // The part's nearest point to the shoulder is what can be had at best.
+    // The part's point nearest to the shoulder bounds what can be reached.
     const Pose X_WP = X_WO * part.X_SP;
     const Vector3d p_WNear = geometry::DistanceToPoint(part.primitive, X_WP, p_WCentre).p_W;
     const Vector3d p_WWrist = p_WNear + X_WH.R * reach.wrist_hand;

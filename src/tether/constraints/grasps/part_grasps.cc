@@ -23,7 +23,7 @@ constexpr double kDefaultPadHalfWidth = 0.01;
 // Pads may reach below the object by this much before that is a reason: constraints are kept to tolerances,
 // m.
 constexpr double kLowSlack = 0.002;
-// Lifting and carrying add so much to what gravity asks for.
+// The reserve for accelerations of lifting and carrying, over what gravity needs.
 constexpr double kWeightReserve = 1.25;
 constexpr double kGravity = 9.81;
 
@@ -33,8 +33,8 @@ std::string Text(const char* format, auto... arguments) {
   return text;
 }
 
-/// Nothing that closes on the part is narrower, m: square to `approach_P` if that is the only approach, else
-/// in any direction.
+/// A lower bound on the width of any grasp of the part, m: square to `approach_P` if that is the only
+/// approach, else in any direction.
 double LeastWidth(const geometry::Primitive& primitive, const Vector3d& approach_P, bool only_approach) {
   if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
     double least = std::numeric_limits<double>::infinity();
@@ -91,12 +91,12 @@ std::vector<Grasp> ShapesOfGrasps(const Part& part, const Vector3d& approach_O, 
     return grasps;
   }
   grasp.centre_O = part.X_SP.p;
-  for (const ClosingDirection& way :
+  for (const ClosingDirection& direction :
        ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
     grasp.closing_O.reset();
-    if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
-    grasp.width = way.width;
-    grasp.label = std::string("fingers close along ") + way.name;
+    if (direction.axis_P) grasp.closing_O = part.X_SP.R * *direction.axis_P;
+    grasp.width = direction.width;
+    grasp.label = std::string("fingers close along ") + direction.name;
     grasps.push_back(grasp);
   }
   return grasps;
@@ -151,7 +151,7 @@ std::string GraspFlaws::Describe(const std::string& object) const {
         "what it lies on",
         name, 1e3 * highest_, 1e3 * needed_);
   if (std::isfinite(narrowest_))
-    return Text("%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm", name, 100 * narrowest_,
+    return Text("%s is %.1f cm wide where it is narrowest; the gripper grasps up to %.1f cm", name, 100 * narrowest_,
                 100 * widest_taken_);
   return "no two sides of " + object + " face each other across the fingers' approach";
 }
@@ -172,7 +172,7 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
   const bool weighed = load.force && fingers.pad_half_height;
   const double held = weighed ? HeldMass(fingers, *load.force, load.friction) : 0;
   const auto too_heavy = [&](double closing_down) {
-    // What the fingers close along, friction need not hold.
+    // Friction need not hold the component of the weight along the closing direction.
     return weighed && load.mass * std::sqrt(std::max(0.0, 1 - closing_down * closing_down)) > held;
   };
   const double steepest = std::sqrt(std::max(0.0, 1 - std::pow(approach_O.dot(down_O), 2)));

@@ -35,8 +35,8 @@ constexpr double kBridge = 0.004;
 // And inside of their hull by this share of its inscribed circle.
 constexpr double kAcross = 0.8;
 constexpr int kBridgeTurns = 24;
-// Across several parts, where the object is long enough; on a face that its foot does not fit on; across
-// parts where it hardly reaches them.
+// Scores of faces: across several parts where the object is long enough; a face that its foot does not fit
+// on; across parts that it hardly reaches.
 constexpr double kAcrossScore = 0.25;
 constexpr double kHollowScore = 0.3;
 
@@ -140,7 +140,7 @@ int ChooseFace(const Context& context, const std::string& object, const std::str
   return which[order[static_cast<size_t>(context.Choose(key, sorted))]];
 }
 
-/// The face of what carries the object that it is on before this step.
+/// The face that carries the object before this step.
 int PresentFace(const Context& context, const std::string& object, const std::string& on,
                 const std::vector<UpperFace>& faces) {
   const int before = context.step() - 1;

@@ -230,7 +230,7 @@ void VelocityExecutive::Impl::WatchHeld() {
     const planning::StepSchema& taking = steps[static_cast<size_t>(step)].schema;
     if (taking.control != "hand" || taking.target != name) continue;
     at = step;
-    return Abort(EventKind::kRetry, "'" + name + "' is taken up again", true);
+    return Abort(EventKind::kRetry, "'" + name + "' is grasped again", true);
   }
   Fail("'" + name + "' was lost");
 }
@@ -254,7 +254,7 @@ void VelocityExecutive::Impl::WatchSafety() {
   }
   if (flags.relaxed) {
     if (time > relaxed_until)
-      Record(EventKind::kSafety, "constraints conflict: '" + name + "' gives way at " +
+      Record(EventKind::kSafety, "constraints conflict: '" + name + "' is violated at " +
                                      Number(flags.violation, "%.4f") + " (m or rad) per second");
     relaxed_until = time + kSameEvent;
   }
@@ -328,7 +328,7 @@ bool VelocityExecutive::Impl::TryAlternative(std::string& why) {
   }
   ++replanner;
   if (held >= 0 && held_name != held_before) {
-    // It was taken by the action that is given up.
+    // It was grasped by the action that is given up.
     Record(EventKind::kReleased, "'" + held_name + "'");
     Release();
     gripper.mode = robot::GripperCommand::Mode::kOpening;

@@ -287,7 +287,7 @@ Feature ExtremeFeature(const Core& core, const math::Pose& X, const Vector3d& n)
   return feature;
 }
 
-double IkSolutionAlong(const Query& query, const Vector3d& n, Gap* gap) {
+double WitnessPointsAlong(const Query& query, const Vector3d& n, Gap* gap) {
   const Feature a = ExtremeFeature(query.a, math::Pose(), n);
   const Feature b = ExtremeFeature(query.b, query.X_AB, -n);
   gap->distance = query.Separation(n);

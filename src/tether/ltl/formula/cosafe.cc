@@ -89,7 +89,7 @@ class CosafeWalk : public PolarityWalk {
   std::vector<CosafeViolation> found_;
 };
 
-/// Whether `op` can be fulfilled by an F-like operator somewhere directly below an X.
+/// Whether `op` is an eventuality: it may be fulfilled at a later position.
 bool IsEventuality(Operator op) {
   return op == Operator::kEventually || op == Operator::kUntil || op == Operator::kStrongRelease;
 }

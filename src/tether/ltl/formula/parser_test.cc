@@ -18,7 +18,7 @@ using ::testing::SizeIs;
 
 std::string Printed(const std::string& text) { return ParseFormula(text).ToString(); }
 
-/// What is said about a bad formula.
+/// The message for a bad formula.
 std::string Error(const std::string& text, const Location& where = {}) {
   try {
     ParseFormula(text, where);

@@ -33,7 +33,7 @@ class Collector final : public constraints::Findings {
 
  protected:
   void Take(const std::string& label, Unit unit, double amount, std::string cause) override {
-    // A test that can't be evaluated is not passed.
+    // A test that can't be evaluated counts as violated.
     const double violation = std::isfinite(amount) ? std::max(0.0, amount) : 1e9;
     double& worst = unit == Unit::kRadian ? result_.max_violation_rad : result_.max_violation_m;
     worst = std::max(worst, violation);
@@ -80,7 +80,7 @@ std::string CheckResult::Worst() const {
 
 namespace {
 
-/// Of a plan with relaxed actions, the key poses of the others, each from where things are at the start.
+/// Of a plan with region steps, the key poses of the other actions, each from the poses at the start.
 CheckResult CheckRegionPlan(const Problem& problem, const std::vector<BoundStep>& steps, const Plan& plan) {
   const SceneFacts facts(problem);
   CheckResult all;

@@ -195,7 +195,7 @@ TEST(IkSearchTest, UnderARoofTheHandComesFromTheSideIfItMay) {
   }
 }
 
-/// Key poses of "pick, place" as planned, but with the hand set down where the arm can't be.
+/// Key poses of "pick, place" as planned, but with the hand where the arm has no solution.
 struct Strained {
   const std::vector<std::string> actions{"pick(block)", "place(block,bench)"};
   const Problem problem = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.5, 0.1, 0.025}, true)});
@@ -242,7 +242,7 @@ TEST(IkRowsTest, SolvedTogetherKeyPosesHaveWitnesses) {
   EXPECT_TRUE(AllHaveIkSolutions(facts, s.key_poses)) << s.key_poses.ik_solutions[1].problem;
   const CheckResult check = CheckKeyPoses(facts, s.steps, result.x.poses, JointsOf(s.key_poses.ik_solutions));
   EXPECT_TRUE(check.Feasible(s.problem.program)) << check.Worst();
-  // The joints that the program holds are a witness themselves.
+  // The program's joint variables are an IK solution themselves.
   robot::Kinematics kinematics(s.problem.robot.model);
   kinematics.Set(result.x.vectors[0]);
   EXPECT_LT((kinematics.X_BH().p - check.X_WHand[1].p).norm(), 1e-4);

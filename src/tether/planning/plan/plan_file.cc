@@ -59,7 +59,7 @@ Value WriteForm(const scene::RegionForm& form) {
   return WritePrimitive(std::get<geometry::Primitive>(form));
 }
 
-/// All that planning reads of an action, as a number: FNV-1a of its text.
+/// A hash of all that planning reads of an action: FNV-1a of its text.
 std::string Digest(const ActionSchema& action) {
   Value steps = Value::Array();
   for (const StepSchema& step : action.steps) {
@@ -150,7 +150,7 @@ class PlanParser {
   }
 
  private:
-  /// A key pose as the actions of a plan ask for it.
+  /// A key pose as the actions of a plan require it.
   struct Expected {
     std::string action;
     int action_index = 0;
@@ -158,7 +158,7 @@ class PlanParser {
     bool target_is_region = false;
   };
 
-  /// The key poses that `actions` ask for, in order.
+  /// The key poses that `actions` require, in order.
   std::vector<Expected> Expect(const Value* list, const std::vector<std::string>& actions) {
     std::vector<Expected> expected;
     for (size_t i = 0; i < actions.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/limits.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::planning {
@@ -41,6 +42,7 @@ Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& st
       if (exemption.step == t) exempt.push_back(exemption);
     }
     for (size_t a = 0; a < names.size(); ++a) {
+      PollLimits();
       for (size_t b = 0; b < names.size(); ++b) {
         if (!moved[a] || moved[b]) continue;
         const bool hand = tight || names[a] == kHand || names[b] == kHand;

@@ -128,7 +128,7 @@ void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables,
   std::vector<char> done(nodes.size(), 0);
   std::vector<size_t> waiting;
   for (size_t start = 0; start < nodes.size(); ++start) {
-    // Up to a frame that is known, and back down.
+    // Up to a frame whose pose is known, and back down.
     for (size_t i = start; done[i] == 0; i = static_cast<size_t>(nodes[i].parent)) {
       waiting.push_back(i);
       if (nodes[i].parent < 0) break;

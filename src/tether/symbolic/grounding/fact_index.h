@@ -45,13 +45,13 @@ struct Literal {
   bool positive = true;
 };
 
-/// What has to hold for `formula` to do so (or not, if not `positive`), all of it together.
+/// The conjuncts of `formula` (of its negation, if not `positive`).
 std::vector<Literal> Conjuncts(const Formula& formula, bool positive);
 
 /// Visits all bindings of `variables`, appended to `binding`, for which none of `conjuncts` is known to fail,
-/// in lexicographic order, until a visit returns false. What may hold is joined: the conjunct with the fewest
-/// facts comes next. `fails` is asked of literals (atoms of known predicates and equalities) as soon as their
-/// variables are bound; `step` is called once per step of work.
+/// in lexicographic order, until a visit returns false. Facts that may hold are joined: the conjunct with the
+/// fewest facts comes next. `fails` is asked of literals (atoms of known predicates and equalities) as soon
+/// as their variables are bound; `step` is called once per step of work.
 void JoinVariables(const FactIndex& facts, TypeIndex& types, const std::vector<TypedName>& variables,
                    const std::vector<Literal>& conjuncts, const std::vector<int>& binding,
                    const std::function<bool(const Literal&, const std::vector<int>&)>& fails,
