@@ -18,6 +18,7 @@
 #include "tether/robot/mujoco_setup.h"
 #include "tether/sim/box_collision.h"
 #include "tether/sim/composer.h"
+#include "tether/sim/rolling.h"
 
 namespace tether::sim {
 namespace {
@@ -274,6 +275,14 @@ void World::Impl::FindIds() {
     const auto rank = frictions.find(model->geom_friction[3 * geom]);
     model->geom_priority[geom] = static_cast<int>(std::distance(frictions.begin(), rank));
   }
+  std::vector<bool> rolls(static_cast<size_t>(model->ngeom), false);
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int object = owner[model->geom_bodyid[geom]];
+    if (object < 0 || object >= static_cast<int>(objects.size())) continue;
+    const scene::Object& one = scene.objects[static_cast<size_t>(object)];
+    rolls[static_cast<size_t>(geom)] = one.movable() && Rolls(one.shape);
+  }
+  SetRollingFriction(model.get(), rolls);
   // What is fixed never collides with what is fixed: tables stand under robot bases, shelves on tables. A
   // robot's own masks, where it has any, are left alone.
   for (int geom = 0; geom < model->ngeom; ++geom) {

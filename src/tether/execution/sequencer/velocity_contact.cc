@@ -164,7 +164,8 @@ void VelocityExecutive::Impl::GoAlong(bool move) {
   along = object;
 }
 
-// What was released in this step stands beside its target region: it is grasped again.
+// What was released in this step stands beside its target region: it is grasped again, and where that did not
+// help either the run has failed, since later actions begin from where it was to be.
 bool VelocityExecutive::Impl::MissedItsRegion() {
   if (released < 0 || !schema().target_is_region) return false;
   const scene::Region& region = *scene.FindRegion(schema().target);
@@ -180,17 +181,22 @@ bool VelocityExecutive::Impl::MissedItsRegion() {
   } else {
     std::snprintf(text, sizeof text, "its foot is %.1f mm off", 1e3 * fit.height);
   }
-  Record(EventKind::kPlaceMissed, "'" + name + "' is not in '" + region.name + "': " + text);
+  const std::string reason = "'" + name + "' is not in '" + region.name + "': " + text;
+  Record(EventKind::kPlaceMissed, reason);
   for (int step = at; step >= 0; --step) {
     const planning::StepSchema& taking = steps[static_cast<size_t>(step)].schema;
     if (taking.control != "hand" || taking.target != name) continue;
     const int action = plan.steps[static_cast<size_t>(step)].action_index;
-    if (retries_of_action[action] >= options.max_retries) return false;
+    if (retries_of_action[action] >= options.max_retries) {
+      Fail(reason + ", although it was grasped again " + std::to_string(options.max_retries) + " times");
+      return true;
+    }
     at = step;
     Abort(EventKind::kRetry, "'" + name + "' is grasped again", true);
     return true;
   }
-  return false;
+  Fail(reason + ", and no earlier step of the plan grasps it");
+  return true;
 }
 
 }  // namespace tether::execution

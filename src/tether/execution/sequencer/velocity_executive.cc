@@ -67,6 +67,7 @@ VelocityExecutive::Impl::Impl(const scene::Scene& scene_in,
       controller(MakeController()),
       q(model->home()),
       objects(scene.objects.size()),
+      trackers(scene.objects.size()),
       invalid(scene.objects.size(), false) {
   options.Validate();
   plan.robot = robot_name;
@@ -106,12 +107,16 @@ void VelocityExecutive::Impl::Sense(const scene::WorldEstimate& estimate,
       invalid[i] = true;
       continue;
     }
-    const math::Pose& X = found->second;
+    object.X = found->second;
+    // Its velocity is filtered: what stands on a contact trembles from one tick to the next, and is at rest.
+    FrameTracker& tracker = trackers[i];
     if (sensed && !invalid[i]) {
-      object.V.head<3>() = (X.p - object.X.p) / options.period;
-      object.V.tail<3>() = math::LogSO3(X.R * object.X.R.transpose()) / options.period;
+      tracker.Predict(time);
+      tracker.Correct(object.X);
+    } else {
+      tracker.Reset(object.X, time);
     }
-    object.X = X;
+    object.V = tracker.V_WF();
     invalid[i] = false;
   }
   sensed = true;

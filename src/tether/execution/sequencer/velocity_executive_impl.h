@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 
@@ -75,6 +76,8 @@ struct VelocityExecutive::Impl {
   double FreeOpening();
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
+  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  std::string BeyondReach() const;
   bool TryDetour(std::string& why);
   /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
   /// none is found.
@@ -104,6 +107,7 @@ struct VelocityExecutive::Impl {
   Eigen::VectorXd q;
   double opening = 0;
   std::vector<control::MovingPose> objects;  ///< In the world.
+  std::vector<FrameTracker> trackers;        ///< Of the objects: their velocities.
   std::vector<bool> invalid;                 ///< Its last pose was not finite.
   math::Pose X_WH;
 

@@ -69,6 +69,35 @@ TEST(VelocityExecutiveTest, ARegionThatMovesIsFollowed) {
   EXPECT_LT((fake.truth.X_WO["block"].p - p_WR).head<2>().norm(), 0.06 - 0.036);
 }
 
+// cups, seed 2077: a cylinder stands on a table and trembles by hundredths of a millimetre, in turns of three
+// ticks. Taken for motion, that was more than joints may change their velocity by, and the grasp stood still
+// 3 mm before its pose.
+TEST(VelocityExecutiveTest, WhatTremblesIsAtRest) {
+  for (const int turn : {2, 3}) {
+    Fake fake;
+    fake.Start({"move(left)", "grasp(block,left)"});
+    const Pose X_WO = fake.truth.X_WO["block"];
+    int ticks = 0, sudden = 0;
+    VectorXd q = Jaco()->home(), v = VectorXd::Zero(6);
+    fake.Run(60, [&] {
+      const VectorXd now = (fake.observations["jaco"].q - q) / fake.options.period;
+      if (fake.executive->step() == 2) {
+        ++ticks;
+        sudden += (now - v).cwiseAbs().maxCoeff() > 0.015;
+      }
+      v = now;
+      q = fake.observations["jaco"].q;
+      if (!fake.held.empty()) return;
+      const double angle = 2 * M_PI * std::round(fake.truth.time / fake.options.period) / turn;
+      const Vector3d side(std::cos(angle), std::sin(angle), 0);
+      fake.truth.X_WO["block"] = X_WO * Pose(math::ExpSO3(3e-4 * side), 2e-5 * side);
+    });
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_FALSE(fake.Happened(EventKind::kStalled)) << fake.Story();
+    EXPECT_LT(sudden, 0.1 * ticks) << turn << " of " << ticks << ": only where verbs begin";
+  }
+}
+
 TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   Fake fake;
   fake.Start(kCarry);
@@ -196,7 +225,7 @@ TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
     ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
     EXPECT_GT(nearest, -fake.options.controller.buffer - 1e-3) << plank_there;
     if (plank_there)
-      EXPECT_LT(widest, 0.16) << fake.Story();  // the cone ends near the middle between the planks
+      EXPECT_LT(widest, 0.15) << fake.Story();
     else
       EXPECT_GT(widest, 0.17) << fake.Story();
   }
@@ -297,6 +326,43 @@ TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
       << fake.Story();
   ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.3, -0.35, 0.05)).head<2>().norm(), 0.06 - 0.036);
+}
+
+// A place that is missed too often was passed over, and later actions began from what was not so.
+TEST(VelocityExecutiveTest, WhatMissesItsRegionTooOftenFails) {
+  Fake fake;
+  fake.options.max_retries = 1;
+  fake.Start(kCarry);
+  size_t seen = 0;
+  fake.Run(300, [&] {
+    const std::vector<Event>& events = fake.executive->events();
+    for (; seen < events.size(); ++seen) {
+      if (events[seen].kind == EventKind::kReleased) fake.truth.X_WO["block"].p.x() -= 0.06;
+    }
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(
+      fake.executive->status().reason,
+      ::testing::AllOf(HasSubstr("place(block,right): 'block' is not in 'right': its footprint reaches"),
+                       HasSubstr("although it was grasped again 1 times")));
+}
+
+// A tin that rolled off was "9429394 mm away", and was gone after until the end.
+TEST(VelocityExecutiveTest, WhatFellFarBeyondReachIsGivenUpAndSaid) {
+  for (const bool falls : {true, false}) {
+    Fake fake;
+    fake.Start({"move(left)", "grasp(block,left)"});
+    fake.Run(100, [&] {
+      if (fake.executive->step() == 2)
+        fake.truth.X_WO["block"].p = falls ? Vector3d(0.3, 0.3, -9429) : Vector3d(0, 3, 0);
+    });
+    EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+    EXPECT_THAT(fake.executive->status().reason,
+                ::testing::AllOf(HasSubstr(falls ? "'block' is 94" : "'block' is 3.0 m from"),
+                                 HasSubstr(" m from the shoulder of 'jaco', which reaches "),
+                                 ::testing::Not(HasSubstr("again"))));
+    EXPECT_EQ(fake.executive->retries(), 0) << fake.Story();
+  }
 }
 
 // thin_mat_blocks_placing: only the mat was exempt, not the table beneath it. A block that stands on a mat is

@@ -35,9 +35,12 @@ constexpr double kWaypoint = 0.04;  // rad
 // A reach is not done before its constraints hold to within this, m and rad.
 constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
 
-std::string Millimetres(double metres) {
-  char text[32];
-  FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
+std::string Length(double metres) {
+  char text[40];
+  if (metres < 1)
+    FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
+  else
+    FormatInto(text, sizeof text, "%.1f m", metres);
   return text;
 }
 
@@ -366,7 +369,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     return Outcome::kAborted;
   }
   Hold(object);
-  Record(EventKind::kGrasped, "'" + held_name + "', " + Millimetres(opening) + " wide");
+  Record(EventKind::kGrasped, "'" + held_name + "', " + Length(opening) + " wide");
   return Outcome::kDone;
 }
 
@@ -404,6 +407,19 @@ std::string VelocityExecutive::Impl::WhatHoldsUp() const {
   return text.empty() ? "beyond what the arm can do there" : text;
 }
 
+// What is to be reached has gone where the arm does not get to, whatever it tries: fallen, rolled off,
+// carried away.
+std::string VelocityExecutive::Impl::BeyondReach() const {
+  if (!goal) return "";
+  const Pose X_WT = X_WTarget(goal->target);
+  const double distance = (X_WT.p - control_scene.X_WBase() * model->reach().centre).norm();
+  // A frame may stand further from where it is reached than the arm reaches, but not by more than that again.
+  const double most = 2 * model->reach().max;
+  if (distance <= most) return "";
+  return "'" + schema().target + "' is " + Length(distance) + " from the shoulder of '" + robot_name +
+         "', which reaches " + Length(model->reach().max);
+}
+
 bool VelocityExecutive::Impl::TryDetour(std::string& why) {
   if (detours > 1) why = "detours did not help";
   if (detours > 1 || !goal) return false;
@@ -439,7 +455,14 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
   }
   const bool late = time - verb_start > options.verb_timeout;
   if (time - progress_time < options.stall_time && !late) return Outcome::kRunning;
-  std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
+  const std::string beyond = BeyondReach();
+  if (!beyond.empty()) {
+    Record(EventKind::kStalled, beyond);
+    path.clear();
+    GiveUpAction(beyond);
+    return Outcome::kAborted;
+  }
+  std::string reason = "no progress, " + Length(controller.error_m()) + " away: " + WhatHoldsUp();
   progress_time = time;
   if (!path.empty()) {
     path.clear();
