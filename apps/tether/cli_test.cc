@@ -174,7 +174,7 @@ TEST(CliTest, WrongFormulasAreExitCode2AndImpossibleOnes3) {
   EXPECT_THAT(wrong.err, HasSubstr("formula:1:7: unexpected ')'"));
   const Outcome safe = Tether("automaton 'F a & G !b'");
   EXPECT_EQ(safe.exit_code, 2);
-  EXPECT_THAT(safe.err, HasSubstr("formula:1:7: the formula is not co-safe: 'G' asks"));
+  EXPECT_THAT(safe.err, HasSubstr("formula:1:7: the formula is not co-safe: 'G' requires"));
   EXPECT_EQ(Tether("automaton 'F a & G !b' --semantics ltlf").exit_code, 0);
   EXPECT_THAT(Tether("automaton a --semantics ltl").err, HasSubstr("did you mean 'ltlf'?"));
   EXPECT_THAT(Tether("automaton 'F(a & X F b)' --semantics ltlf").err, HasSubstr("formula:1:7: X is weak"));

@@ -14,7 +14,7 @@
 #include "tether/common/file.h"
 #include "tether/common/limits.h"
 #include "tether/common/log.h"
-#include "tether/common/outputs.h"
+#include "tether/common/output/outputs.h"
 #include "tether/common/text.h"
 #include "tether/common/version.h"
 #include "tether/evaluation/check.h"

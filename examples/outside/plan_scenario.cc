@@ -15,8 +15,7 @@ int main(int argc, char** argv) {
     const std::string file = argc > 1 ? argv[1] : robot::DataDirectory() + "/scenarios/hanoi.yaml";
     const scenario::Scenario read = scenario::LoadScenario(file);
     const auto task = scenario::MakeTask(read);
-    const planning::PlanReport plans =
-        planning::PlanTask(scenario::MakeProblem(read, read.scene, {}), *task);
+    const planning::PlanReport plans = planning::PlanTask(scenario::MakeProblem(read, read.scene, {}), *task);
     if (plans.best() == nullptr) return 1;
     for (const std::string& action : plans.best()->plan.actions) std::puts(action.c_str());
     return 0;

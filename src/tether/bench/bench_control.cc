@@ -4,7 +4,7 @@
 #include <chrono>
 #include <vector>
 
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/kkt.h"
 #include "tether/qp/solver.h"

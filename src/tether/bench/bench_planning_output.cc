@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "tether/bench/bench_planning.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 
 namespace tether::bench {

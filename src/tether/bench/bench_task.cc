@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tether/bench/process_time.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/formula/parser.h"

@@ -38,7 +38,8 @@ void* LoadPlugin(const std::string& name, const std::string& symbol, const std::
   void* function = library != nullptr ? dlsym(library, symbol.c_str()) : nullptr;
   if (function == nullptr) {
     const char* reason = dlerror();
-    throw InputError("the plugin '" + name + "' of Tether can't be loaded: " + (reason ? reason : symbol), remedy);
+    throw InputError("the plugin '" + name + "' of Tether can't be loaded: " + (reason ? reason : symbol),
+                     remedy);
   }
   return function;
 }

@@ -6,7 +6,7 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/document/reader.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 
 namespace tether::evaluation {

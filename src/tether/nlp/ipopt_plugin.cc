@@ -267,7 +267,8 @@ constexpr int kGaussNewtonIterations = 100;
 }  // namespace
 
 /// See PluginSolve.
-extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& options, PluginOutcome& result) {
+extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& options,
+                            PluginOutcome& result) {
   const int first = std::min(options.max_iterations, kGaussNewtonIterations);
   Ipopt::SmartPtr<IpoptProgram> nlp = new IpoptProgram(view, monitor, 0);
   Outcome outcome = RunIpopt(*nlp, options, HessianKind::kGaussNewton, first);

@@ -91,7 +91,8 @@ constexpr double kInnerTolerance = 1e-2;
 }  // namespace
 
 /// See PluginSolve.
-extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& options, PluginOutcome& result) {
+extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& options,
+                            PluginOutcome& result) {
   // NLopt refuses more equalities than variables. Extra variables that appear nowhere satisfy it.
   const int padded = std::max(view.num_variables(), view.num_equalities());
   const auto n = static_cast<unsigned>(padded);

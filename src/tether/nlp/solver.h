@@ -94,8 +94,8 @@ class Solver {
   /// Why it can't take any program, and what to install; empty if it is available.
   virtual std::string WhyNot() const { return ""; }
   /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is
-  /// in the result. Throws InputError if the solver is not available. `warm`, if given, speeds up the native backend where the solution is near; the others
-  /// ignore it.
+  /// in the result. Throws InputError if the solver is not available. `warm`, if given, speeds up the native
+  /// backend where the solution is near; the others ignore it.
   Result Solve(const Program& program, const Point& guess, const Options& options,
                const WarmStart* warm = nullptr) const;
 

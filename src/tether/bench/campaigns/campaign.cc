@@ -8,8 +8,8 @@
 #include "tether/bench/campaigns/campaign_scene.h"
 #include "tether/common/error.h"
 #include "tether/common/limits.h"
-#include "tether/common/output_header.h"
-#include "tether/common/record_file.h"
+#include "tether/common/output/output_header.h"
+#include "tether/common/output/record_file.h"
 #include "tether/robot/model.h"
 
 namespace tether::bench {

@@ -1,4 +1,4 @@
-#include "tether/common/record_file.h"
+#include "tether/common/output/record_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
