@@ -22,6 +22,8 @@ struct TickBench {
   int faults = 0;          ///< Ticks without a solution.
   double worst_m = 0;      ///< The most that a distance fell below its safe value, m.
   double region_rows = 0;  ///< Rows of the region that the hand is led to.
+  double mean_qp_rows = 0;  ///< Torques: rows that may matter in a tick and so are in its QP.
+  int max_iterations = 0;   ///< Torques: of the QP in one tick.
 };
 
 /// How the held object is led to a region.
@@ -31,6 +33,10 @@ enum class BenchRegion { kDisc, kRectangle };
 /// hand goes to random places at 200 Hz, the object to regions on the table between them, while one thing
 /// moves about.
 TickBench BenchmarkTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed);
+
+/// The same with torques, at 1 kHz, on the arm's own equations of motion: kinematics, dynamics, all rows and
+/// the QP. Times are the thread's own, `over_1ms` and `max` those on the clock.
+TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed);
 
 Value WriteTickBench(const TickBench& bench);
 

@@ -60,7 +60,9 @@ struct RunReport {
   int retries = 0;
   int replans = 0;
   std::vector<RunEvent> events;
-  std::vector<Margin> margins;         ///< Of the scenario's control constraints, while the plan ran.
+  /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
+  /// from everything that no step intends, torques, torque rates and unintended forces.
+  std::vector<Margin> margins;
   std::vector<std::string> snapshots;  ///< Files written.
   RunLog log;                          ///< If asked for.
 

@@ -78,6 +78,9 @@ class Model {
   const Eigen::VectorXd& planned_upper() const;
   const Eigen::VectorXd& max_velocity() const;  ///< n, rad/s
   const Eigen::VectorXd& max_torque() const;    ///< n, Nm
+  const Eigen::VectorXd& max_torque_rate() const;   ///< n, Nm/s: what a controller's torques may change by.
+  const Eigen::VectorXd& max_acceleration() const;  ///< n, rad/s²
+  const Eigen::VectorXd& max_jerk() const;          ///< n, rad/s³
   const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;

@@ -109,6 +109,7 @@ Executive::Impl::Impl(const scene::Scene& scene_in,
                            {},
                            false});
   }
+  if (options_.constrained) MakeServo();
   for (size_t i = 0; i < resolved_.plan.steps.size(); ++i) {
     records_.push_back({});
     records_.back().step = static_cast<int>(i);
@@ -315,5 +316,6 @@ const std::string& Executive::held() const {
 const std::vector<Event>& Executive::events() const { return impl_->events_; }
 const std::vector<StepRecord>& Executive::records() const { return impl_->records_; }
 int Executive::retries() const { return impl_->retry_count_; }
+const std::vector<std::pair<std::string, std::string>>& Executive::allowed() const { return impl_->allowed_; }
 
 }  // namespace tether::execution

@@ -10,6 +10,7 @@
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/transit.h"
 #include "tether/execution/sequencer/plan_runner.h"
+#include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/robot/interface.h"
 #include "tether/robot/model.h"
@@ -35,6 +36,9 @@ struct ExecutiveOptions {
   double stall_time = 1.5;        ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;       ///< s
   int max_retries = 2;            ///< Per action.
+  /// The constrained torque controller in place of the operational-space one.
+  bool constrained = false;
+  TorqueServoOptions servo;  ///< Its settings; the gains and the period are those above.
   /// Throws InputError naming every field that is not finite or not positive.
   void Validate() const;
 };
@@ -83,6 +87,7 @@ class Executive final : public PlanRunner {
   const std::vector<Event>& events() const override;
   const std::vector<StepRecord>& records() const override;
   int retries() const override;
+  const std::vector<std::pair<std::string, std::string>>& allowed() const override;
 
   struct Impl;
 

@@ -76,6 +76,14 @@ struct Executive::Impl {
   void Command(robot::Command* command);
   void WatchController();
 
+  // constrained_servo.cc: the same with the constrained torque controller.
+  void MakeServo();
+  /// Whether `touching_` has changed.
+  bool FindAllowed();
+  void NameAllowed();
+  void CommandConstrained(const control::HandTarget& target, robot::Command* command);
+  void WatchServo();
+
   // verbs.cc: each returns whether it is done.
   Outcome Run(const planning::ReachVerb& verb);
   Outcome Run(const planning::ShiftVerb& verb);
@@ -136,6 +144,11 @@ struct Executive::Impl {
 
   robot::State state_;
   control::OperationalSpaceController controller_;
+  std::optional<TorqueServo> servo_;  ///< In place of `controller_`.
+  std::vector<control::MovingPose> object_motions_;
+  std::vector<Touch> touching_, named_;  ///< That the step may bring into contact.
+  std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
+  double relaxed_time_ = -1, violated_time_ = -1;  ///< When this was last reported, s.
   PostureSearch posture_search_;
   ContactDetector contact_;
   PoseReference reference_;

@@ -204,6 +204,8 @@ void Executive::Impl::Command(robot::Command* command) {
     target.F_BH.head<3>() = R_BW * lift;
     target.F_BH.tail<3>() = R_BW * arm.cross(lift);
   }
+  if (FindAllowed()) NameAllowed();
+  if (servo_) return CommandConstrained(target, command);
   if (trustworthy_) AvoidObstacles(&target);
   command->torque = controller_.Compute(state_, target);
   command->gripper = gripper_;
