@@ -45,12 +45,14 @@ struct TorqueArm {
     least(velocity_room, (model->max_velocity() - v.cwiseAbs()).minCoeff());
     least(acceleration_room, (model->max_acceleration() - a.cwiseAbs()).minCoeff());
   }
-  void ExpectWithinLimits() const {
+  void ExpectWithinLimits(bool acceleration = true) const {
     EXPECT_GE(torque_room, 0);
     EXPECT_GE(rate_room, 0);
     EXPECT_GE(velocity_room, 0);
     EXPECT_GE(position_room, 0);
-    EXPECT_GE(acceleration_room, -0.05);
+    if (acceleration) {
+      EXPECT_GE(acceleration_room, -0.05);
+    }
   }
   Eigen::Matrix<double, 6, 1> HandVelocity() const { return state.J_BH() * v; }
 

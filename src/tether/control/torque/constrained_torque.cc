@@ -25,6 +25,9 @@ void TorqueOptions::Validate() const {
   require("null_weight", null_weight, false);
   require("rotation_weight", rotation_weight, false);
   require("field_rate", field_rate, false);
+  require("field_damping", field_damping, false);
+  require("field_share", field_share, false, 1);
+  require("field_braking", field_braking, false);
   require("buffer", buffer, true);
   require("angle_buffer", angle_buffer, true);
   require("velocity_share", velocity_share, false, 1);
@@ -101,15 +104,16 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
 bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTask& task) {
   const robot::State& state = input.state;
   if (!state.q().allFinite() || !state.v().allFinite() || !state.M().allFinite() ||
-      !state.bias().allFinite() || !state.J_BH().allFinite() || !std::isfinite(input.opening)) {
+      !state.bias().allFinite() || !state.J_BH().allFinite()) {
     return false;
   }
+  task_finite = std::isfinite(task.max_force) && std::isfinite(task.payload) &&
+                (task.hand == nullptr || IsFinite(*task.hand)) &&
+                (task.posture == nullptr || task.posture->allFinite());
+  rows_finite = std::isfinite(input.opening);
   for (const MovingPose& object : input.objects) {
-    if (!object.X.R.allFinite() || !object.X.p.allFinite() || !object.V.allFinite()) return false;
+    rows_finite = rows_finite && object.X.R.allFinite() && object.X.p.allFinite() && object.V.allFinite();
   }
-  if (task.hand != nullptr && !IsFinite(*task.hand)) return false;
-  if (task.posture != nullptr && !task.posture->allFinite()) return false;
-  if (!std::isfinite(task.max_force)) return false;
   v = state.v();
   M = state.M();
   J = state.J_BH();
@@ -118,7 +122,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
   if (M_llt.info() != Eigen::Success) return false;
   Minv.setIdentity();
   M_llt.solveInPlace(Minv);
-  if (task.hand != nullptr) {
+  if (task.hand != nullptr && task.hand->F_BH.allFinite()) {
     carried.noalias() = J.transpose() * task.hand->F_BH;
     hold += carried;
   } else {
@@ -126,6 +130,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
   }
   kinematics.Set(state.q());
   motion.Set(kinematics, v);
+  if (!rows_finite) return true;
   bodies.PlaceArm(kinematics, input.opening);
   for (size_t i = 0; i < input.objects.size(); ++i) {
     MovingPose moved;
@@ -142,6 +147,22 @@ void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const Torqu
   unexplained = *input.external + carried;
   watch.Update(candidates, num_candidates, unexplained, J, task.payload, task.max_force, options.period);
   flags.yielding = watch.contact().active;
+}
+
+void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
+  H.setZero();
+  g.setZero();
+  // Where something is not finite the arm brakes, under the constraints that are known.
+  flags.fault = !rows_finite || !task_finite;
+  if (flags.fault || (task.hand == nullptr && task.goal == nullptr)) {
+    AddBrake(1, options.brake_rate);
+  } else if (flags.yielding) {
+    AddRetreat();
+  } else {
+    if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
+    if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);
+    AddPosture(task.posture);
+  }
 }
 
 // Without a state that can be trusted: the last torques go towards those that hold the arm, and brake it as
@@ -211,39 +232,25 @@ const Eigen::VectorXd& ConstrainedTorque::Compute(const TorqueInput& input, cons
   s.flags = {};
   s.num_rows = s.num_candidates = s.num_chosen = 0;
   s.error_m = s.error_rad = 0;
-  s.rows_finite = true;
   if (!s.TakeInput(input, task)) {
     s.Fault(input);
     return s.torque;
   }
   s.SetTorqueBox();
   s.SetJointBounds();
-  s.AddPairRows();
-  for (size_t i = 0; i < s.fields.size(); ++i) {
-    s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
+  if (s.rows_finite) {
+    s.AddPairRows();
+    for (size_t i = 0; i < s.fields.size(); ++i) {
+      s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
+    }
+    s.ChooseRows();
+    s.WatchContact(input, task);
   }
-  s.ChooseRows();
-  s.WatchContact(input, task);
-  s.H.setZero();
-  s.g.setZero();
-  if (s.flags.yielding) {
-    s.AddRetreat();
-  } else if (task.hand == nullptr && task.goal == nullptr) {
-    s.AddBrake(1, s.options.brake_rate);
-  } else {
-    if (task.hand != nullptr) s.AddHand(*task.hand, task.max_force);
-    if (task.goal != nullptr) s.AddGoal(*task.goal, task.max_force);
-    s.AddPosture(task.posture);
-  }
-  if (s.rows_finite && s.H.allFinite() && s.g.allFinite()) {
-    s.Solve();
-  } else {
-    s.flags.fault = true;
-    s.Brake();
-  }
+  s.AddObjective(task);
+  s.Solve();
   s.torque.noalias() = s.M * s.qddot;
   s.torque += s.hold;
-  s.torque = s.torque.cwiseMax(s.tau_lower).cwiseMin(s.tau_upper).eval();
+  s.torque = s.torque.cwiseMax(s.tau_lower).cwiseMin(s.tau_upper);
   s.Report();
   return s.torque;
 }

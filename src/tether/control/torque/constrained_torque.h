@@ -21,9 +21,13 @@ struct TorqueOptions {
   double period = 0.001;        ///< Between ticks, s.
   /// What ‖q̈ − q̈_posture‖²_M counts beside the square of the hand's acceleration, 1/kg: directions in which
   /// the hand's mobility is less than this are given up.
-  double null_weight = 1e-3;
+  double null_weight = 5e-3;
   double rotation_weight = 0.2;  ///< What a radian counts, m.
-  double field_rate = 10;        ///< Both rates of the second-order barriers, 1/s.
+  double field_rate = 20;        ///< Distances shrink no faster than at this rate, 1/s …
+  double field_damping = 40;     ///< … which they are brought to at this one, 1/s: barriers of second order.
+  /// What of the decelerations and jerks that all joints have at once is counted on for a distance …
+  double field_share = 0.5;
+  double field_braking = 6;      ///< … and no deceleration beyond this, m/s² or rad/s².
   double buffer = 0.002;         ///< Added to each safe distance, m …
   double angle_buffer = 0.005;   ///< … and to each angle, rad.
   double velocity_share = 0.95;  ///< Of the joints' greatest velocities.
@@ -35,7 +39,7 @@ struct TorqueOptions {
   double return_speed = 0.1;     ///< At which joints come back from beyond a limit, rad/s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.2;            ///< Pairs further apart than their safe distance and this get no row, m.
-  double most_needed = 20;       ///< That a row asks for, m/s² or rad/s².
+  double most_needed = 30;       ///< That a row asks for, m/s² or rad/s².
   double brake_rate = 20;        ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
   int max_iterations = 60;  ///< Of the QP …
@@ -85,7 +89,8 @@ struct TorqueFlags {
 ///     |τ| ≤ τ_max,  |τ − τ_last| ≤ τ̇_max T,  τ = M q̈ + h,
 ///     q̈ such that each joint can still brake before its limits, with the torque and the torque rate that are
 ///     there (joint_braking.h), and stays below its greatest velocity, acceleration and jerk,
-///     d̈ ≥ −2k ḋ − k² (d − d_safe)  for each constraint (a barrier of second order),
+///     d̈ ≥ −(k + κ) ḋ − k κ (d − d_safe)  for each constraint (a barrier of second order), and such that its
+///     approach can still be braked before d_safe, with the torque and the torque rate that are there,
 ///
 /// with Paper A, eq. (30), as the goal, and the inequalities of Paper B, section 2.3, that the velocity
 /// controller has: clearances of links, hand and held object, fields. J̇ q̇ of every row is exact.

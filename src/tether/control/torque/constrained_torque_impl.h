@@ -58,7 +58,8 @@ struct ConstrainedTorque::Impl {
   double* NewRow(const Row& row);
   void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n_B, double scale,
                 double* row) const;
-  double Needed(double value, double rate) const;
+  /// What a row's second derivative must not be below; `slope`: its derivative in q.
+  double Needed(double value, double rate, const double* slope) const;
 
   // torque_objective.cc
   void AddHand(const HandTarget& target, double max_force);
@@ -80,6 +81,7 @@ struct ConstrainedTorque::Impl {
   // constrained_torque.cc
   bool TakeInput(const TorqueInput& input, const TorqueTask& task);
   void WatchContact(const TorqueInput& input, const TorqueTask& task);
+  void AddObjective(const TorqueTask& task);
   void Fault(const TorqueInput& input);
 
   Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
@@ -104,7 +106,7 @@ struct ConstrainedTorque::Impl {
   std::vector<Row> rows;
   std::vector<double> jacobians;  ///< n per row
   int num_rows = 0;
-  bool rows_finite = true;
+  bool rows_finite = true, task_finite = true;
   std::vector<ContactCandidate> candidates;
   int num_candidates = 0;
   std::vector<int> chosen;        ///< Rows in the QP …

@@ -11,7 +11,9 @@ namespace {
 
 // Slopes shorter than this tell no force, m/rad.
 constexpr double kShortLever = 0.02;
-// A force on the hand has to explain the torques this much better than a pair that is near, as a share.
+// A pair that is near and leaves less than this share of the torques' square unexplained is the likely one …
+constexpr double kExplained = 0.4;
+// … and so is one of which a force on the hand, which has three directions, leaves more than this share.
 constexpr double kMuchBetter = 0.25;
 constexpr double kRegular = 1e-4;
 
@@ -56,7 +58,7 @@ void ContactWatch::Explain(const std::vector<ContactCandidate>& candidates, int 
   JJt.diagonal().array() += kRegular;
   const Eigen::Vector3d force = JJt.ldlt().solve(Eigen::Vector3d(J_BH.topRows<3>() * filtered_));
   left_.noalias() = filtered_ - J_BH.topRows<3>().transpose() * force;
-  if (candidate_ >= 0 && left_.squaredNorm() >= kMuchBetter * best) {
+  if (candidate_ >= 0 && (best <= kExplained * all || left_.squaredNorm() >= kMuchBetter * best)) {
     const ContactCandidate& c = candidates[static_cast<size_t>(candidate_)];
     slope_ = Eigen::Map<const Eigen::VectorXd>(c.slope, n);
     return;

@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // The radius of curvature that stands for that of a flat surface, m.
-constexpr double kFlat = 1e6;
+constexpr double kFlat = 1e5;
 // Components of a normal below this are none.
 constexpr double kAligned = 1e-6;
 // Cylinders' normals are found by iteration, to about this.

@@ -72,6 +72,9 @@ TEST(SlidingAcceleration, IsTheDerivativeOfTheRate) {
         if (d.distance < 0.005 || !IsSmooth(a, b, step)) continue;
         ++looked_at;
         const double numeric = (RateAt(a, b, step) - RateAt(a, b, -step)) / (2 * step);
+        const double finer = 5 * (RateAt(a, b, step / 10) - RateAt(a, b, -step / 10)) / step;
+        // Lines that are nearly parallel: differences say nothing.
+        if (std::abs(numeric - finer) > 1e-4 * (1 + std::abs(numeric))) continue;
         EXPECT_NEAR(AccelerationOf(a, b), numeric, 2e-3 * (1 + std::abs(numeric)))
             << geometry::KindName(first) << " and " << geometry::KindName(second) << ", trial " << trial;
       }

@@ -12,8 +12,6 @@ namespace {
 using math::Matrix6d;
 using math::Vector6d;
 
-// Mobilities, 1/kg, below this do not make a force larger.
-constexpr double kLeastMobility = 0.02;
 // A servo that brakes the hand may press with so much more for each m/s of its speed, Ns/m.
 constexpr double kBrakeForce = 400;
 // Moments count as forces at this lever, m.
@@ -39,7 +37,7 @@ void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force
   Matrix6d mobility;
   mobility.noalias() = J * MinvJt;
   mobility = (scale.asDiagonal() * mobility * scale.asDiagonal()).eval();
-  mobility.diagonal().array() += kLeastMobility;
+  mobility.diagonal().array() += options.null_weight;
   const Vector6d force = scale.asDiagonal() * mobility.llt().solve(Vector6d(scale.asDiagonal() * a));
   const double pressed = std::max(force.head<3>().norm(), force.tail<3>().norm() / kLever);
   const double braking = -force.dot(V_BH) / std::max(pressed, 1e-9);
@@ -77,7 +75,7 @@ void ConstrainedTorque::Impl::AddGoal(const Goal& goal, double max_force) {
       goal_row = function_rows.A.row(r).transpose();
       work.noalias() = Minv * goal_row;
       const double lever = metres ? 1 : kLever;
-      const double mass = 1 / (goal_row.dot(work) + kLeastMobility / (lever * lever));
+      const double mass = 1 / (goal_row.dot(work) + options.null_weight / (lever * lever));
       const double most = max_force * lever / mass;
       if (std::abs(a) > most && a * function_rows.rate[r] >= 0) {
         a = std::copysign(most, a);

@@ -19,6 +19,8 @@ constexpr double kDust = 1e-12;
 constexpr double kAlong = 1e-4;
 // Turning normals and sliding witness points count no more than this, m/s²: the distance has kinks.
 constexpr double kMostSliding = 20;
+// Every bound must be one, m/s² and m/s³.
+constexpr double kLeastBraking = 0.01;
 
 }  // namespace
 
@@ -83,10 +85,26 @@ void ConstrainedTorque::Impl::AddAlong(int link, const Vector3d& p, const Vector
   }
 }
 
-// The second derivative of a value, not below −2k · rate − k² · value: the value comes down to zero as e^(−kt) at most, without overshoot.
-double ConstrainedTorque::Impl::Needed(double value, double rate) const {
-  const double k = options.field_rate;
-  return std::min(-2 * k * rate - k * k * value, options.most_needed);
+// Near its limit a value comes down to zero as e^(−kt) at most; further away it may shrink as fast as it can
+// still be braked with what all joints have together.
+double ConstrainedTorque::Impl::Needed(double value, double rate, const double* slope) const {
+  const double k = options.field_rate, damping = options.field_damping;
+  double needed = -(k + damping) * rate - k * damping * value;
+  if (rate < 0 && value > 0) {
+    Braking braking{0, 0};
+    for (int i = 0; i < n; ++i) {
+      const Braking of_joint = reserve.of(i);
+      braking.deceleration += std::abs(slope[i]) * of_joint.deceleration;
+      braking.jerk += std::abs(slope[i]) * of_joint.jerk;
+    }
+    braking.deceleration =
+        std::max(kLeastBraking, std::min(options.field_share * braking.deceleration, options.field_braking));
+    braking.jerk = std::max(kLeastBraking, options.field_share * braking.jerk);
+    const double most = options.most_needed;
+    needed = std::max(needed, -MostAccelerationToStop(value, -rate, most, braking.deceleration, 0,
+                                                      options.period, braking));
+  }
+  return std::min(needed, options.most_needed);
 }
 
 void ConstrainedTorque::Impl::AddPairRows() {
@@ -124,13 +142,13 @@ void ConstrainedTorque::Impl::AddPairRows() {
         row.bias = d.n_W.dot(bias_b - motion.PointBias(link_a, d.p_WA)) +
                    std::clamp(SlidingAcceleration(d, a->primitive, a->X_BP, of_a, b->primitive, b->X_BP, of_b),
                               -kMostSliding, kMostSliding);
-        row.needed = Needed(row.value, row.rate);
         double* jacobian = NewRow(row);
         AddAlong(link_a, d.p_WA, d.n_W, -1, jacobian);
         AddAlong(link_b, d.p_WB, d.n_W, 1, jacobian);
         for (int i = 0; i < n; ++i) {
           if (std::abs(jacobian[i]) < kDust) jacobian[i] = 0;
         }
+        rows[static_cast<size_t>(num_rows - 1)].needed = Needed(row.value, row.rate, jacobian);
         if (d.distance < options.contact.touch) {
           candidates[static_cast<size_t>(num_candidates++)] = {num_rows - 1, pair.a,     pair.b,
                                                                pair.allowed, d.distance, jacobian};
@@ -218,10 +236,10 @@ void ConstrainedTorque::Impl::AddFieldRows(const FieldConstraint& spec, int cons
     row.value = -function_rows.r[r] - buffer;
     row.rate = -function_rows.rate[r];
     row.bias = -function_rows.bias[r];
-    row.needed = Needed(row.value, row.rate);
     row.priority = spec.priority;
     double* jacobian = NewRow(row);
     for (int i = 0; i < n; ++i) jacobian[i] = -function_rows.A(r, i);
+    rows[static_cast<size_t>(num_rows - 1)].needed = Needed(row.value, row.rate, jacobian);
   }
 }
 

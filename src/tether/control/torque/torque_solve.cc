@@ -12,7 +12,7 @@ constexpr double kWithin = 0.98;
 // A side of the torque box is reached to this, Nm; a bound on a joint to this, rad/s².
 constexpr double kReached = 1e-6;
 // A row that gives way by less holds, m/s² or rad/s².
-constexpr double kNothing = 1e-6;
+constexpr double kNothing = 1e-3;
 // What is violated by less is at its limit, m or rad.
 constexpr double kRounding = 5e-4;
 // No joint accelerates more, rad/s²: keeps the conflict's problem bounded.
@@ -88,8 +88,16 @@ void ConstrainedTorque::Impl::ChooseRows() {
     const double centre = A.dot(middle);
     const double spread = work.cwiseAbs().dot(half);
     if (side <= centre - spread) continue;
+    // While there is room a row asks for no more than what all joints can give at once: to ask for all of the
+    // torques would leave the other joints none.
+    double change = kWithin * spread;
+    if (row.value > 0) {
+      double shared = 0;
+      for (int i = 0; i < n; ++i) shared += std::abs(A[i]) * reserve.of(i).jerk;
+      change = std::min(change, options.period * shared);
+    }
     chosen[static_cast<size_t>(num_chosen)] = r;
-    sides[static_cast<size_t>(num_chosen++)] = std::min(side, centre + kWithin * spread);
+    sides[static_cast<size_t>(num_chosen++)] = std::min(side, centre + change);
   }
 }
 
