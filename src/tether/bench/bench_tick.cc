@@ -208,6 +208,7 @@ TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int t
     bench.max_rows = std::max(bench.max_rows, controller.num_rows());
     bench.max_iterations = std::max(bench.max_iterations, controller.flags().iterations);
     bench.relaxed += controller.flags().relaxed ? 1 : 0;
+    bench.conflicts += controller.flags().conflict ? 1 : 0;
     bench.faults += controller.flags().fault || controller.flags().braking ? 1 : 0;
     for (int i = 0; i < controller.num_rows(); ++i) {
       if (controller.row(i).a >= 0)
@@ -237,7 +238,8 @@ Value WriteTickBench(const TickBench& bench) {
       .Set("worst_m", bench.worst_m)
       .Set("region_rows", bench.region_rows)
       .Set("mean_qp_rows", bench.mean_qp_rows)
-      .Set("max_iterations", bench.max_iterations);
+      .Set("max_iterations", bench.max_iterations)
+      .Set("conflicts", bench.conflicts);
 }
 
 }  // namespace tether::bench

@@ -24,6 +24,7 @@ struct TickBench {
   double region_rows = 0;  ///< Rows of the region that the hand is led to.
   double mean_qp_rows = 0;  ///< Torques: rows that may matter in a tick and so are in its QP.
   int max_iterations = 0;   ///< Torques: of the QP in one tick.
+  int conflicts = 0;        ///< Torques: ticks in which rows conflicted, accelerations' and jerks' among them.
 };
 
 /// How the held object is led to a region.

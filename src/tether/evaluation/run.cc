@@ -12,7 +12,7 @@
 #include "tether/common/log.h"
 #include "tether/common/output_header.h"
 #include "tether/common/text.h"
-#include "tether/evaluation/torque_margins.h"
+#include "tether/evaluation/margins/torque_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan_file.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tether/evaluation/judge.h"
-#include "tether/evaluation/margins.h"
+#include "tether/evaluation/margins/margins.h"
 #include "tether/evaluation/run_log.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/velocity_executive.h"

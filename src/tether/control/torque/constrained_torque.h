@@ -38,7 +38,8 @@ struct TorqueOptions {
   double limit_gap = 0.01;       ///< From the limits, for what the model does not know, rad.
   double return_speed = 0.1;     ///< At which joints come back from beyond a limit, rad/s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
-  double range = 0.2;            ///< Pairs further apart than their safe distance and this get no row, m.
+  double range = 0.25;           ///< Pairs further apart than their safe distance and this get no row, m; nor do
+                                 ///< those that close in too slowly to matter.
   double most_needed = 30;       ///< That a row asks for, m/s² or rad/s².
   double brake_rate = 20;        ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
@@ -69,7 +70,8 @@ struct TorqueTask {
 struct TorqueFlags {
   bool fault = false;        ///< The input or a row was not finite: the arm brakes.
   bool braking = false;      ///< No solution within the bound of iterations: the arm brakes.
-  bool relaxed = false;      ///< Rows conflicted; in their order, the largest violation was minimised.
+  bool conflict = false;     ///< Rows conflicted …
+  bool relaxed = false;      ///< … and constraints gave way; in their order, the largest violation was minimised.
   bool violated = false;     ///< A constraint is violated.
   bool joint_limit = false;  ///< A joint is held by its position or velocity limit.
   bool torque_limit = false;

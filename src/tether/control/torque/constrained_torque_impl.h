@@ -51,6 +51,8 @@ struct ConstrainedTorque::Impl {
   void SetRoom();
   bool IsActive(const Pair& pair) const;
   void AddPairRows();
+  /// No point of a body moves faster, m/s.
+  double FastestOf(int body) const;
   void AddFieldRows(const FieldConstraint& field, int constraint);
   MovingFrame FrameNow(const Frame& frame, bool target) const;
   void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
@@ -58,8 +60,10 @@ struct ConstrainedTorque::Impl {
   double* NewRow(const Row& row);
   void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n_B, double scale,
                 double* row) const;
-  /// What a row's second derivative must not be below; `slope`: its derivative in q.
-  double Needed(double value, double rate, const double* slope) const;
+  /// What a row's second derivative must not be below: near its limit …
+  double NeededNear(double value, double rate) const;
+  /// … and so that it can be braked before; −`most` if that holds in any case. `slope`: its derivative in q.
+  double NeededToStop(const Row& row, const double* slope, double most) const;
 
   // torque_objective.cc
   void AddHand(const HandTarget& target, double max_force);
@@ -102,6 +106,8 @@ struct ConstrainedTorque::Impl {
   std::vector<FieldConstraint> fields;
   size_t fixed_fields = 0;
   int first_field = 0;
+  std::vector<double> body_radius;  ///< Of a ball about its frame's origin that holds all parts, m.
+  std::vector<double> body_speed;   ///< FastestOf(), in this tick.
 
   std::vector<Row> rows;
   std::vector<double> jacobians;  ///< n per row

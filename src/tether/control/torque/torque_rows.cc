@@ -21,6 +21,16 @@ constexpr double kAlong = 1e-4;
 constexpr double kMostSliding = 20;
 // Every bound must be one, m/s² and m/s³.
 constexpr double kLeastBraking = 0.01;
+// Pairs that close in with speed c matter within so much of their safe distance: kStill + kReact c + c² / 2a,
+// m, s, m/s².
+constexpr double kStill = 0.04;
+constexpr double kReact = 0.1;
+constexpr double kStop = 1.5;
+
+double Matters(double speed) {
+  speed = std::max(0.0, speed);
+  return kStill + kReact * speed + speed * speed / (2 * kStop);
+}
 
 }  // namespace
 
@@ -85,33 +95,46 @@ void ConstrainedTorque::Impl::AddAlong(int link, const Vector3d& p, const Vector
   }
 }
 
-// Near its limit a value comes down to zero as e^(−kt) at most; further away it may shrink as fast as it can
-// still be braked with what all joints have together.
-double ConstrainedTorque::Impl::Needed(double value, double rate, const double* slope) const {
+// Near its limit a value comes down to zero as e^(−kt) at most.
+double ConstrainedTorque::Impl::NeededNear(double value, double rate) const {
   const double k = options.field_rate, damping = options.field_damping;
-  double needed = -(k + damping) * rate - k * damping * value;
-  if (rate < 0 && value > 0) {
-    Braking braking{0, 0};
-    for (int i = 0; i < n; ++i) {
-      const Braking of_joint = reserve.of(i);
-      braking.deceleration += std::abs(slope[i]) * of_joint.deceleration;
-      braking.jerk += std::abs(slope[i]) * of_joint.jerk;
-    }
-    braking.deceleration =
-        std::max(kLeastBraking, std::min(options.field_share * braking.deceleration, options.field_braking));
-    braking.jerk = std::max(kLeastBraking, options.field_share * braking.jerk);
-    const double most = options.most_needed;
-    needed = std::max(needed, -MostAccelerationToStop(value, -rate, most, braking.deceleration, 0,
-                                                      options.period, braking));
+  return std::min(-(k + damping) * rate - k * damping * value, options.most_needed);
+}
+
+// Further away it may shrink as fast as it can still be braked with what all joints have together.
+double ConstrainedTorque::Impl::NeededToStop(const Row& row, const double* slope, double most) const {
+  if (row.rate >= 0 || row.value <= 0) return -most;
+  Braking braking{0, 0};
+  for (int i = 0; i < n; ++i) {
+    const Braking of_joint = reserve.of(i);
+    braking.deceleration += std::abs(slope[i]) * of_joint.deceleration;
+    braking.jerk += std::abs(slope[i]) * of_joint.jerk;
   }
-  return std::min(needed, options.most_needed);
+  braking.deceleration =
+      std::max(kLeastBraking, std::min(options.field_share * braking.deceleration, options.field_braking));
+  braking.jerk = std::max(kLeastBraking, options.field_share * braking.jerk);
+  return -MostAccelerationToStop(row.value, -row.rate, most, braking.deceleration, 0, options.period, braking);
+}
+
+double ConstrainedTorque::Impl::FastestOf(int body) const {
+  const double radius = body_radius[static_cast<size_t>(body)];
+  const int link = bodies.link(body);
+  const MovingPose& pose = bodies.pose(body);
+  if (link == 0) {
+    if (!bodies.is_object(body)) return 0;
+    return pose.V.head<3>().norm() + radius * pose.V.tail<3>().norm();
+  }
+  const PointMotion origin = motion.At(link, pose.X.p);
+  return origin.v.norm() + radius * origin.w.norm();
 }
 
 void ConstrainedTorque::Impl::AddPairRows() {
+  for (int body = 0; body < bodies.num_bodies(); ++body) body_speed[static_cast<size_t>(body)] = FastestOf(body);
   for (const Pair& pair : pairs) {
     if (!IsActive(pair)) continue;
-    const double near =
-        pair.allowed ? options.contact.touch : pair.distance + options.buffer + options.range;
+    const double speed = body_speed[static_cast<size_t>(pair.a)] + body_speed[static_cast<size_t>(pair.b)];
+    const double near = pair.allowed ? options.contact.touch
+                                     : pair.distance + options.buffer + std::min(options.range, Matters(speed));
     const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
       for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
@@ -120,25 +143,26 @@ void ConstrainedTorque::Impl::AddPairRows() {
         if (d.distance > near) continue;
         const PointMotion of_a = motion.At(link_a, d.p_WA);
         PointMotion of_b;
-        Vector3d bias_b;
         if (link_b == 0) {
           const MovingPose& moving = bodies.pose(pair.b);
-          const Vector3d r = d.p_WB - moving.X.p, w = moving.V.tail<3>();
-          of_b = {moving.V.head<3>() + w.cross(r), w};
-          bias_b = w.cross(w.cross(r));
+          const Vector3d w = moving.V.tail<3>();
+          of_b = {moving.V.head<3>() + w.cross(d.p_WB - moving.X.p), w};
         } else {
           of_b = motion.At(link_b, d.p_WB);
-          bias_b = motion.PointBias(link_b, d.p_WB);
         }
         Row row;
         row.constraint = pair.constraint;
         row.buffer = options.buffer;
         row.value = d.distance - pair.distance - options.buffer;
         row.rate = d.n_W.dot(of_b.v - of_a.v);
+        if (!pair.allowed && row.value > Matters(-row.rate) && d.distance > options.contact.touch) continue;
+        row.needed = NeededNear(row.value, row.rate);
         row.priority = pair.priority;
         row.a = pair.a;
         row.b = pair.b;
         row.allowed = pair.allowed;
+        const Vector3d bias_b = link_b == 0 ? of_b.w.cross(of_b.w.cross(d.p_WB - bodies.pose(pair.b).X.p))
+                                            : motion.PointBias(link_b, d.p_WB);
         row.bias = d.n_W.dot(bias_b - motion.PointBias(link_a, d.p_WA)) +
                    std::clamp(SlidingAcceleration(d, a->primitive, a->X_BP, of_a, b->primitive, b->X_BP, of_b),
                               -kMostSliding, kMostSliding);
@@ -148,7 +172,6 @@ void ConstrainedTorque::Impl::AddPairRows() {
         for (int i = 0; i < n; ++i) {
           if (std::abs(jacobian[i]) < kDust) jacobian[i] = 0;
         }
-        rows[static_cast<size_t>(num_rows - 1)].needed = Needed(row.value, row.rate, jacobian);
         if (d.distance < options.contact.touch) {
           candidates[static_cast<size_t>(num_candidates++)] = {num_rows - 1, pair.a,     pair.b,
                                                                pair.allowed, d.distance, jacobian};
@@ -237,9 +260,9 @@ void ConstrainedTorque::Impl::AddFieldRows(const FieldConstraint& spec, int cons
     row.rate = -function_rows.rate[r];
     row.bias = -function_rows.bias[r];
     row.priority = spec.priority;
+    row.needed = NeededNear(row.value, row.rate);
     double* jacobian = NewRow(row);
     for (int i = 0; i < n; ++i) jacobian[i] = -function_rows.A(r, i);
-    rows[static_cast<size_t>(num_rows - 1)].needed = Needed(row.value, row.rate, jacobian);
   }
 }
 

@@ -76,25 +76,30 @@ void ConstrainedTorque::Impl::SetJointBounds() {
 void ConstrainedTorque::Impl::ChooseRows() {
   num_chosen = 0;
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    Row& row = rows[static_cast<size_t>(r)];
     if (row.allowed) continue;
     const auto A = Jacobian(r);
-    const double side = row.needed - row.bias;
-    if (!std::isfinite(side) || !A.allFinite()) {
+    if (!std::isfinite(row.needed) || !std::isfinite(row.bias) || !A.allFinite()) {
       rows_finite = false;
       return;
     }
     work.noalias() = Minv * A.transpose();
     const double centre = A.dot(middle);
     const double spread = work.cwiseAbs().dot(half);
+    const double least = centre - spread + row.bias;
+    row.needed = std::min(std::max(row.needed, NeededToStop(row, A.data(), -least)), options.most_needed);
+    const double side = row.needed - row.bias;
     if (side <= centre - spread) continue;
     // While there is room a row asks for no more than what all joints can give at once: to ask for all of the
     // torques would leave the other joints none.
     double change = kWithin * spread;
     if (row.value > 0) {
-      double shared = 0;
-      for (int i = 0; i < n; ++i) shared += std::abs(A[i]) * reserve.of(i).jerk;
-      change = std::min(change, options.period * shared);
+      double shared = 0, bounds = 0;
+      for (int i = 0; i < n; ++i) {
+        shared += std::abs(A[i]) * reserve.of(i).jerk;
+        bounds += std::max(A[i] * lower[i], A[i] * upper[i]);
+      }
+      change = std::min({change, options.period * shared, kWithin * (bounds - centre)});
     }
     chosen[static_cast<size_t>(num_chosen)] = r;
     sides[static_cast<size_t>(num_chosen++)] = std::min(side, centre + change);
@@ -124,6 +129,7 @@ void ConstrainedTorque::Impl::Solve() {
 }
 
 void ConstrainedTorque::Impl::SolveConflict() {
+  flags.conflict = true;
   const int first_velocity = n, first_position = 2 * n, first_row = 3 * n, first_smooth = 3 * n + num_chosen;
   const int all = first_smooth + n;
   conflict_problem->Resize(n, 0, all);

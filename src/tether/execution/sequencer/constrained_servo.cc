@@ -2,6 +2,7 @@
 
 #include "tether/common/text.h"
 #include "tether/execution/sequencer/executive_impl.h"
+#include "tether/geometry/distance/distance.h"
 
 namespace tether::execution {
 namespace {
@@ -9,6 +10,9 @@ namespace {
 constexpr double kGravity = 9.81;  // m/s²
 // What happens again within this time is one event, s.
 constexpr double kSameEvent = 1.0;
+// What is grasped touches what it is nearer to than this, m, and is clear of it from this on.
+constexpr double kTouching = 0.004;
+constexpr double kClear = 0.01;
 
 }  // namespace
 
@@ -23,7 +27,31 @@ void Executive::Impl::MakeServo() {
 
 // The hand may touch what the step is about and what it holds; what it holds may touch the step's target and
 // what it stood on; what was touched before stays allowed while the arm recovers.
+void Executive::Impl::WatchSupports() {
+  const auto distance = [this](int object) {
+    const auto held = static_cast<size_t>(held_), other = static_cast<size_t>(object);
+    return geometry::SignedDistance(scene_.objects[held].shape, X_WO(held_), scene_.objects[other].shape,
+                                    X_WO(object))
+        .distance;
+  };
+  if (held_ != supported_) {
+    supported_ = held_;
+    supports_.clear();
+    for (int i = 0; held_ != kNone && i < static_cast<int>(objects_.size()); ++i) {
+      if (i != held_ && distance(i) < kTouching) supports_.push_back(i);
+    }
+  }
+  for (size_t i = 0; i < supports_.size();) {
+    if (distance(supports_[i]) < kClear) {
+      ++i;
+    } else {
+      supports_.erase(supports_.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+}
+
 bool Executive::Impl::FindAllowed() {
+  WatchSupports();
   touching_.clear();
   const auto allow = [this](int of, int to) {
     if (to == kNone || of == to) return;
@@ -49,7 +77,7 @@ bool Executive::Impl::FindAllowed() {
   if (held_ != kNone) {
     allow(kTouchingHand, held_);
     with(held_);
-    allow(held_, CarrierOf(held_));
+    for (const int support : supports_) allow(held_, support);
   }
   return touching_ != named_;
 }

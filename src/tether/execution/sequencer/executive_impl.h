@@ -81,6 +81,8 @@ struct Executive::Impl {
   /// Whether `touching_` has changed.
   bool FindAllowed();
   void NameAllowed();
+  /// What the held object stood on, until it is clear of it.
+  void WatchSupports();
   void CommandConstrained(const control::HandTarget& target, robot::Command* command);
   void WatchServo();
 
@@ -148,6 +150,8 @@ struct Executive::Impl {
   std::vector<control::MovingPose> object_motions_;
   std::vector<Touch> touching_, named_;  ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
+  std::vector<int> supports_;     ///< Of what is held, since it was taken.
+  int supported_ = kNone;         ///< The object that they are of.
   double relaxed_time_ = -1, violated_time_ = -1;  ///< When this was last reported, s.
   PostureSearch posture_search_;
   ContactDetector contact_;

@@ -1,4 +1,4 @@
-#include "tether/evaluation/torque_margins.h"
+#include "tether/evaluation/margins/torque_margins.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tether/evaluation/margins.h"
+#include "tether/evaluation/margins/margins.h"
 #include "tether/robot/interface.h"
 
 namespace tether::evaluation {

@@ -1,4 +1,4 @@
-#include "tether/evaluation/margins.h"
+#include "tether/evaluation/margins/margins.h"
 
 #include <algorithm>
 #include <array>
