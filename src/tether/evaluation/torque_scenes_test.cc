@@ -10,7 +10,8 @@
 namespace tether::evaluation {
 namespace {
 
-RunReport PlanAndRun(const std::string& name, uint64_t seed) {
+RunReport PlanAndRun(const std::string& name, uint64_t seed,
+                     const std::vector<scenario::Event>& events = {}) {
   scenario::Scenario scenario = scenario::Shipped(name);
   scenario.execution.controller = "constrained_torque";
   const auto task = scenario::MakeTask(scenario);
@@ -22,6 +23,7 @@ RunReport PlanAndRun(const std::string& name, uint64_t seed) {
   if (report.best() == nullptr) return {};
   RunOptions options;
   options.seed = seed;
+  options.events = events;
   return RunPlan(scenario, scene, *task, report.best()->plan, options);
 }
 
@@ -43,6 +45,51 @@ TEST_P(TorqueScenes, ReachTheirGoalWithinAllLimits) {
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, TorqueScenes,
                          ::testing::Values("workspace_reach", "hanoi", "stacking", "tool_use", "parts"));
+
+/// A disturbance of the stacking scene.
+struct Disturbed {
+  std::string name;
+  uint64_t seed;
+  std::string starts, object;
+  Eigen::Vector3d by;  ///< Or, of an object that is put upon another one, in `parent`.
+  std::string parent = {};
+};
+
+void PrintTo(const Disturbed& disturbed, std::ostream* out) { *out << disturbed.name; }
+
+class TorqueFinds : public ::testing::TestWithParam<Disturbed> {};
+
+// Whether the goal is reached is not the controller's to say; what it does on the way is: no limit of a joint
+// is passed, nothing is pressed on that should not be touched, nothing is run into.
+TEST_P(TorqueFinds, NothingIsExceededAndNothingIsPressed) {
+  const Disturbed& given = GetParam();
+  scenario::Event event;
+  event.starts = given.starts;
+  event.object = given.object;
+  event.over = 1.2;
+  event.parent = given.parent;
+  event.has_goal = !given.parent.empty();
+  event.X_by.p = event.X_ParentGoal.p = given.by;
+  const RunReport run = PlanAndRun("stacking", given.seed, {event});
+  int disturbances = 0;
+  for (const RunEvent& happened : run.events) disturbances += happened.kind == "disturbance" ? 1 : 0;
+  EXPECT_EQ(disturbances, 1);
+  for (const Margin& margin : run.margins) {
+    const double least = margin.name.find("clearance") != std::string::npos ? -0.001 : 0;
+    EXPECT_GE(margin.minimum, least) << margin.name << " at " << margin.time << " s: " << margin.what;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Stacking, TorqueFinds,
+    ::testing::Values(
+        Disturbed{"TowerKnocked1287N", 1, "place(coral,blue)", "blue", {0.015, -0.0475, 0}},
+        Disturbed{"TowerKnocked1287N_TheOtherWay", 2, "place(coral,blue)", "blue", {-0.05, 0.03, 0}},
+        Disturbed{"FallenBlockPresses700N", 3, "place(blue,amber)", "denim", {0, 0, 0.06}, "amber"},
+        Disturbed{"FallenBlockPresses700N_Another", 4, "pick(blue)", "coral", {0, 0.01, 0.06}, "amber"},
+        Disturbed{"OverspeedOutOfReach", 1, "pick(blue)", "blue", {0.0042, 0.2, 0}},
+        Disturbed{"OverspeedOutOfReach_Ahead", 5, "pick(coral)", "coral", {0.25, -0.05, 0}}),
+    [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace tether::evaluation
