@@ -7,8 +7,8 @@
 #include "apps/tether/terminal.h"
 #include "tether/common/exit_code.h"
 #include "tether/common/log.h"
-#include "tether/common/output_header.h"
-#include "tether/common/outputs.h"
+#include "tether/common/output/output_header.h"
+#include "tether/common/output/outputs.h"
 #include "tether/common/text.h"
 #include "tether/ltl/automaton/output.h"
 #include "tether/ltl/formula/cosafe.h"
@@ -18,7 +18,7 @@
 namespace tether::app {
 namespace {
 
-/// Larger automata are not for reading.
+/// Larger automata are not printed.
 constexpr int kMostStatesListed = 100;
 constexpr size_t kMostLines = 400;
 
@@ -76,7 +76,7 @@ std::string WriteAutomatonReport(const CompiledFormula& compiled) {
   const Value automaton = ltl::WriteStates(*compiled.automaton);
   for (const Value::Member& member : automaton.members()) report.Set(member.key, member.value);
   std::string text = WriteJson(report);
-  // The edges are text from the beginning: as values they take a hundred times the memory.
+  // The edges are written as text at once: as values they need a hundred times the memory.
   text.resize(text.rfind('\n', text.rfind('}')));
   return text + ",\n  \"edges\": " + ltl::WriteEdges(*compiled.automaton) + "\n}\n";
 }

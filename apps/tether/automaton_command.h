@@ -10,7 +10,7 @@
 
 namespace tether::app {
 
-/// A formula with its minimal automaton and what that took.
+/// A formula with its minimal automaton, and the time of compiling it.
 struct CompiledFormula {
   ltl::Formula formula;
   ltl::Semantics semantics = ltl::Semantics::kCosafe;
@@ -24,7 +24,7 @@ CompiledFormula CompileFormula(const std::string& text, const std::string& seman
 
 /// Format `tether.automaton/1`, as text. The automaton must be there.
 std::string WriteAutomatonReport(const CompiledFormula& compiled);
-/// The same without states and edges, which takes no time however many there are.
+/// The same without states and edges, at once however many there are.
 Value WriteAutomatonSummary(const CompiledFormula& compiled);
 
 }  // namespace tether::app

@@ -9,8 +9,8 @@
 #include "tether/bench/bench_tick.h"
 #include "tether/common/exit_code.h"
 #include "tether/common/file.h"
-#include "tether/common/output_header.h"
-#include "tether/common/outputs.h"
+#include "tether/common/output/output_header.h"
+#include "tether/common/output/outputs.h"
 #include "tether/common/text.h"
 #include "tether/geometry/distance/geometry_bench.h"
 #include "tether/planning/plan/plan_report.h"
@@ -73,7 +73,8 @@ int BenchTable1(const BenchArguments& arguments) {
   return kExitSuccess;
 }
 
-/// Signed distances against the slow reference, 10,000 pose pairs per pair of kinds.
+/// Signed distances, their time and the error that they show themselves, on 10,000 pose pairs per pair of
+/// kinds.
 int BenchGeometry(const BenchArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
   Value rows = Value::Array();
@@ -185,12 +186,12 @@ int BenchTask(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
-/// Options that would silently do nothing are mistakes.
+/// Options without effect are mistakes.
 void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
   const auto refuse = [&](bool given, const char* option) {
     if (given)
-      diagnostics.Add({}, std::string(option) + " says nothing to benchmark '" + arguments.name + "'",
+      diagnostics.Add({}, std::string(option) + " has no effect on benchmark '" + arguments.name + "'",
                       "with benchmark 'planning'");
   };
   refuse(!arguments.scenarios.empty(), "--scenario");
@@ -202,7 +203,7 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
     diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks),
                     "up to " + std::to_string(kMostTicks));
   if (arguments.name != "control" && arguments.ticks) {
-    diagnostics.Add({}, "--ticks says nothing to benchmark '" + arguments.name + "'",
+    diagnostics.Add({}, "--ticks has no effect on benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");
   }
   diagnostics.ThrowIfAny();
@@ -214,7 +215,8 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
   return {
       {"planning", "the native solver, IPOPT and NLopt on the same programs, and planning as a whole"},
       {"table1", "IPOPT and NLopt on both problems of paper A, as in its Table I"},
-      {"geometry", "signed distances against a slow reference, 10,000 pose pairs per pair of shapes"},
+      {"geometry",
+       "signed distances: time, and error by their own witness points, on 10,000 pairs per pair of shapes"},
       {"control", "the velocity controller: its QP cold and warm, residuals, and whole ticks on both robots"},
       {"task",
        "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};

@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -88,7 +89,7 @@ TEST(CliTest, NumbersOutOfRangeAreBadInput) {
 }
 
 TEST(CliTest, LimitsEndPlanningHoweverShortTheyAre) {
-  // Times so short that they are over at different places on the way.
+  // Times so short that they end planning at different places.
   for (const char* limit : {"1e-9", "1e-4", "2e-3", "4e-3", "6e-3"}) {
     const Outcome outcome = Tether("plan " + Scenario("hanoi") + " --time-limit " + limit + " --json -");
     EXPECT_TRUE(outcome.exit_code == 4 || outcome.exit_code == 0) << limit << ": " << outcome.err;
@@ -173,7 +174,7 @@ TEST(CliTest, WrongFormulasAreExitCode2AndImpossibleOnes3) {
   EXPECT_THAT(wrong.err, HasSubstr("formula:1:7: unexpected ')'"));
   const Outcome safe = Tether("automaton 'F a & G !b'");
   EXPECT_EQ(safe.exit_code, 2);
-  EXPECT_THAT(safe.err, HasSubstr("formula:1:7: the formula is not co-safe: 'G' asks"));
+  EXPECT_THAT(safe.err, HasSubstr("formula:1:7: the formula is not co-safe: 'G' requires"));
   EXPECT_EQ(Tether("automaton 'F a & G !b' --semantics ltlf").exit_code, 0);
   EXPECT_THAT(Tether("automaton a --semantics ltl").err, HasSubstr("did you mean 'ltlf'?"));
   EXPECT_THAT(Tether("automaton 'F(a & X F b)' --semantics ltlf").err, HasSubstr("formula:1:7: X is weak"));
@@ -219,7 +220,7 @@ TEST(CliTest, TasksAreSearchedWithoutAScene) {
   EXPECT_EQ(Tether(hanoi + " --search greedy --max-plans 2").exit_code, 2);
 }
 
-// Find time_limit_grounding: no limit was looked at before the search.
+// Find time_limit_grounding: no limit was checked before the search.
 TEST(CliTest, TimeLimitGrounding_GroundingGivesUpAtItsLimits) {
   const ScratchFolder folder;
   std::string objects;
@@ -279,7 +280,7 @@ TEST(CliTest, BenchPlanningWritesJsonOnly) {
   EXPECT_EQ(Tether("bench planning --solver natvie").exit_code, 2);
   const Outcome geometry = Tether("bench geometry --repetitions 3");
   EXPECT_EQ(geometry.exit_code, 2);
-  EXPECT_THAT(geometry.err, HasSubstr("--repetitions says nothing to benchmark 'geometry'"));
+  EXPECT_THAT(geometry.err, HasSubstr("--repetitions has no effect on benchmark 'geometry'"));
 }
 
 TEST(CliTest, ShippedFilesAreInOrder) {
@@ -316,11 +317,62 @@ TEST(CliTest, AProofIsExitCode3AndSaysWhy) {
   const Outcome outcome = Tether("plan '" + scenario + "'");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out,
-              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper takes"));
+              HasSubstr("pick(slab): slab is 11.0 cm wide where it is narrowest; the gripper grasps up to"));
   EXPECT_EQ(Tether("plan '" + scenario + "' --max-actions 1").exit_code, 4) << "a depth limit proves nothing";
   const Outcome temporal = Tether("plan '" + scenario + "' --goal 'F on(slab,cube)'");
   EXPECT_EQ(temporal.exit_code, 3) << temporal.out << temporal.err;
   EXPECT_THAT(temporal.out, HasSubstr("slab is 11.0 cm wide"));
+}
+
+// What `run` refuses, `plan` says and `check` refuses: key poses of what nothing holds may well be feasible.
+TEST(CliTest, WhatIsNotHeldIsSaidByPlanAndCheck) {
+  const ScratchFolder folder;
+  const std::string start = folder.File("unheld_");
+  WriteFile(start + "domain.pddl",
+            "(define (domain d) (:predicates (done ?a) (met ?a))"
+            " (:action meet :parameters (?a) :effect (met ?a))"
+            " (:action lay :parameters (?a ?b) :precondition (met ?a) :effect (done ?a)))");
+  WriteFile(start + "problem.pddl",
+            "(define (problem p) (:domain d) (:objects cube pad) (:init) (:goal (done cube)))");
+  const auto actions = [](const std::string& verbs, const std::string& target) {
+    return "format: tether.actions/1\nmeet:\n  parameters: [a]\n  steps:\n  - control: hand\n    target: " +
+           target + "\n    constraints:\n    - " +
+           (target == "a" ? "graspable: {object: a}" : "inside: {frame: hand, of: pad}") + "\n" +
+           (target == "a" ? "    allow: [[hand, a]]\n" : "    allow: [[hand, pad]]\n") + verbs +
+           "lay:\n  parameters: [a, b]\n  steps:\n  - control: a\n    target: b\n    constraints:\n"
+           "    - rests_on: {object: a, on: b}\n    - supported: {object: a, by: b}\n";
+  };
+  const std::string scenario = start + "scenario.yaml";
+  WriteFile(scenario,
+            "format: tether.scenario/1\nrobots: {arm: {model: panda}}\nobjects:\n"
+            "  bench: {shape: {box: [0.8, 0.9, 0.1]}, pose: {position: [0.6, 0, -0.05]}}\n"
+            "  pad: {shape: {box: [0.2, 0.2, 0.04]}, pose: {position: [0.5, 0.2, 0.02]}}\n"
+            "  cube: {shape: {box: [0.05, 0.05, 0.05]}, mass: 0.2, pose: {position: [0.5, -0.2, 0.025]}}\n"
+            "task: {domain: '" +
+                start + "domain.pddl', problem: '" + start +
+                "problem.pddl', goal: {pddl: '(done cube)'}, "
+                "max_actions: 2}\nactions: ['" +
+                start + "actions.yaml']\n");
+  const std::string plan = start + "plan.json";
+  WriteFile(start + "actions.yaml", actions("    execute:\n    - gripper: {close_on: a}\n", "a"));
+  const Outcome held = Tether("plan '" + scenario + "' --json - --output '" + plan + "'");
+  EXPECT_EQ(held.exit_code, 0) << held.out << held.err;
+  EXPECT_EQ(ParseYaml(held.out, "stdout").Find("not_runnable"), nullptr) << held.out;
+  // Two siblings: nothing is held, or the hand is somewhere else.
+  WriteFile(start + "actions.yaml", actions("", "pad"));
+  const Outcome unheld = Tether("plan '" + scenario + "' --json - --output '" + plan + "'");
+  EXPECT_EQ(unheld.exit_code, 0) << unheld.out << unheld.err;
+  const std::string why = "'cube' is not held, and no step before brings 'hand' to it";
+  EXPECT_THAT(unheld.err, HasSubstr("the best plan can't be run: "));
+  EXPECT_THAT(unheld.err, HasSubstr(why));
+  ASSERT_NE(ParseYaml(unheld.out, "stdout").Find("not_runnable"), nullptr);
+  EXPECT_THAT(ParseYaml(unheld.out, "stdout").Find("not_runnable")->AsText(), HasSubstr(why));
+  for (const std::string& command :
+       std::vector<std::string>{"check '" + plan + "'", "run '" + scenario + "' --plan '" + plan + "'"}) {
+    const Outcome refused = Tether(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.err, HasSubstr(why)) << command;
+  }
 }
 
 TEST(CliTest, ADepthLimitIsGivingUp) {
@@ -331,7 +383,7 @@ TEST(CliTest, ADepthLimitIsGivingUp) {
   EXPECT_TRUE(report.Find("plans")->items().empty());
 }
 
-TEST(CliTest, PlanJsonHasThePromisedShapeAndThePlanFileFits) {
+TEST(CliTest, PlanJsonHasTheDocumentedShapeAndThePlanFileFits) {
   const ScratchFolder folder;
   const std::string plan = folder.File("plan.json");
   const Outcome outcome =

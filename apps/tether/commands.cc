@@ -14,11 +14,12 @@
 #include "tether/common/file.h"
 #include "tether/common/limits.h"
 #include "tether/common/log.h"
-#include "tether/common/outputs.h"
+#include "tether/common/output/outputs.h"
 #include "tether/common/text.h"
 #include "tether/common/version.h"
 #include "tether/evaluation/check.h"
 #include "tether/evaluation/run.h"
+#include "tether/execution/sequencer/resolved_plan.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/planning/plan/plan_report.h"
@@ -64,7 +65,7 @@ int ExitCodeOf(evaluation::RunStatus status) {
   return status == evaluation::RunStatus::kInterrupted ? kExitInterrupted : kExitFailed;
 }
 
-/// A scenario read for one command, with what that took.
+/// A scenario read for one command, and the time of reading it.
 struct Loaded {
   scenario::Scenario scenario;
   std::shared_ptr<const symbolic::Task> task;  ///< Null: `reached` says why.
@@ -94,7 +95,7 @@ Loaded Load(const std::string& path, const scenario::PlanningOverrides* override
   return loaded;
 }
 
-/// What a plan report says where grounding came to no end.
+/// The plan report where grounding did not end.
 planning::PlanReport NotGrounded(const Loaded& loaded) {
   planning::PlanReport report;
   const bool interrupted = loaded.reached == Limit::kInterrupted;
@@ -140,11 +141,24 @@ std::vector<scenario::Event> ChooseEvents(const scenario::Scenario& scenario, co
   return scenario::ReadEvents(file, {&scenario.scene, &scenario.actions});
 }
 
-/// A plan is tied to objects and may be run although they stand elsewhere now; what it breaks is worth
-/// knowing before.
+/// A plan is tied to objects and may be run although they have moved; violated constraints are reported
+/// before.
 void WarnOfViolations(const planning::Plan& plan, const planning::Problem& problem) {
   const planning::CheckResult check = planning::CheckPlan(problem, plan);
   if (!check.Feasible(problem.program)) LogWarning("the plan does not hold in this scene: " + check.Worst());
+}
+
+/// Why the executive refuses the best plan, whose key poses may be feasible all the same: it moves what is
+/// not held, say. Empty if it does not, or if there is no plan.
+std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::PlanReport& report) {
+  const planning::CandidateReport* best = report.best();
+  if (best == nullptr || scenario.execution.controller != "operational_space") return "";
+  try {
+    execution::Resolve(scenario.scene, best->plan);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
 }
 
 /// The plan to run: read, or the chosen one of those found. Empty, with an exit code, if there is none.
@@ -175,7 +189,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
   return report.candidates[static_cast<size_t>(feasible[static_cast<size_t>(rank - 1)])].plan;
 }
 
-/// The least that was left of each constraint.
+/// Prints the least margin of each constraint.
 void PrintMargins(const evaluation::RunReport& report, const Terminal& terminal) {
   if (report.margins.empty()) return;
   terminal.Print(terminal.Bold("least margins over the run"));
@@ -203,7 +217,7 @@ void PrintJudgement(const evaluation::RunReport& report, const Terminal& termina
   const std::string time = " after " + Fixed(report.sim_time_s, 1) + " s of simulated time (" +
                            Fixed(report.wall_s, 1) + " s on the clock), " + std::to_string(report.retries) +
                            " retries";
-  // What failed is no success even if the goal holds, by an event perhaps: the plan was not carried out.
+  // A failed run is no success even if the goal holds, by an event perhaps: the plan was not carried out.
   const std::string goal = report.ok() ? terminal.Green("goal reached")
                            : report.judgement.goal_reached
                                ? terminal.Yellow("the goal holds, but the plan was not carried out")
@@ -242,7 +256,12 @@ int PlanCommand(const PlanArguments& arguments) {
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   ReportingScope reporting;
   const uint64_t seed = problem.search.seed;
-  outputs.Write(arguments.json, planning::WritePlanReport(report, loaded.scenario.title, seed));
+  Value value = planning::WritePlanReport(report, loaded.scenario.title, seed);
+  if (const std::string why = WhyNotRunnable(loaded.scenario, report); !why.empty()) {
+    LogWarning("the best plan can't be run: " + why);
+    value.Set("not_runnable", why);
+  }
+  outputs.Write(arguments.json, value);
   if (!arguments.trace.empty()) outputs.Write(arguments.trace, planning::WriteTrace(report, seed));
   if (!arguments.output.empty()) {
     if (const planning::CandidateReport* best = report.best()) {
@@ -323,7 +342,7 @@ int RunCommand(const RunArguments& arguments) {
                          kind == "failed";
     terminal.Print(trouble ? terminal.Yellow(line) : line);
   };
-  // The run looks at the request to stop at every tick, and says how far it came.
+  // The run checks the request to stop at every tick, and reports its progress.
   const Limits none;
   const LimitsScope scope(none);
   const evaluation::RunReport report = evaluation::RunPlan(scenario, scene, *loaded.task, *plan, options);

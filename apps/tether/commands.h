@@ -87,7 +87,7 @@ int GenerateCommand(const GenerateArguments& arguments);
 int CampaignCommand(const CampaignArguments& arguments);
 int AutomatonCommand(const AutomatonArguments& arguments);
 
-/// The names that BenchCommand takes, each with one line of explanation.
+/// The names of benchmarks, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> BenchNames();
 
 }  // namespace tether::app

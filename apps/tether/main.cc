@@ -30,7 +30,7 @@ namespace {
 using namespace tether;
 using namespace tether::app;
 
-/// CLI11 alone takes -4, and what is too large, as the nearest number that there is.
+/// CLI11 alone would read -4, and numbers that are too large, as the nearest valid number.
 CLI::Validator WholeNumber() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
@@ -43,7 +43,7 @@ CLI::Validator WholeNumber() {
       "");
 }
 
-/// What is given as '' was meant to be something: a shell's variable that is not set, most likely.
+/// An empty value is most likely a shell variable that is not set.
 void RefuseEmptyValues(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     if (!option->nonpositional() || option->get_expected_max() == 0) continue;
@@ -427,8 +427,8 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   return code;
 }
 
-/// A file that is opened must not become standard output because that is closed: what is printed would go
-/// into it. Nothing can be written to what is opened here.
+/// Occupies closed standard streams with the null device: else the next file that is opened would become
+/// standard output, and printed text would go into it. It is opened so that reading or writing fails.
 void HoldClosedStreams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(fd, F_GETFD) == -1 && errno == EBADF)

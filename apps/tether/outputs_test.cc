@@ -135,7 +135,7 @@ TEST_F(OutputsTest, StdoutWriteErrorsIgnored) {
   }
   const Outcome check = Tether("check " + Scenario("hanoi") + " > /dev/full");
   EXPECT_EQ(check.exit_code, 2);
-  // What is opened does not become standard output because that is closed.
+  // A file that is opened does not become standard output because that is closed.
   EXPECT_EQ(Automaton(Path("o.json"), ">&-").exit_code, 2);
   EXPECT_EQ(ParseYaml(ReadFile(Path("o.json")), "o").Find("format")->AsText(), "tether.automaton/1");
 }
@@ -146,7 +146,7 @@ TEST_F(OutputsTest, CampaignOutputDestroysFile) {
                                  "{\"a\": 1}\nx", "PNG\r\n\x1a\n", "{\"format\":\"tether.campaign_rec"}) {
     WriteFile(Path("notes"), text);
     const Outcome outcome = Tether(campaign + "'" + Path("notes") + "'");
-    if (text.starts_with("{\"format")) continue;  // the beginning of a campaign: taken up
+    if (text.starts_with("{\"format")) continue;  // an unfinished campaign: continued
     EXPECT_EQ(outcome.exit_code, 2) << text;
     EXPECT_EQ(ReadFile(Path("notes")), text);
   }

@@ -11,12 +11,12 @@ namespace {
 constexpr int kInterrupted = 130;
 constexpr long kGraceNs = 300'000'000;
 constexpr long kWaitNs = 20'000'000;  // Between looks at whether files are whole.
-constexpr int kMostWaits = 500;       // Looks at a disk that does not take more of a file.
-constexpr int kMostStalled = 25;      // Looks at results that nobody takes.
+constexpr int kMostWaits = 500;       // Looks without progress of a file on the disk.
+constexpr int kMostStalled = 25;      // Looks without progress of results that nobody reads.
 
 std::atomic<bool> stop_requested{false}, finished{false};
 std::atomic<long> first_s{0};
-std::atomic<int> waits{0};  // Looks since results went on being written.
+std::atomic<int> waits{0};  // Looks since the last progress of results.
 std::atomic<uint64_t> written{0};
 std::atomic<bool> has_timer{false};
 timer_t timer;
@@ -66,7 +66,7 @@ void Handle(int signal, void (*handler)(int)) {
   sigaction(signal, &action, nullptr);
 }
 
-/// Before the constructors of the shared libraries, which take most of the time until main().
+/// Before the constructors of the shared libraries, which need most of the time until main().
 void Install() {
   sigevent event{};
   event.sigev_notify = SIGEV_SIGNAL;

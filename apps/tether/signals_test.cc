@@ -1,4 +1,4 @@
-// A signal ends every command with exit code 130, whatever it is about.
+// A signal ends every command with exit code 130, whatever it is doing.
 
 #include <fcntl.h>
 #include <signal.h>  // NOLINT: kill() is POSIX
@@ -87,7 +87,7 @@ TEST(SignalsTest, MemoryLimitHoldsWhilePlansAreWritten) {
   rusage before{}, after{};
   getrusage(RUSAGE_CHILDREN, &before);
   const std::string json = folder.File("o.json");
-  // Its own shell, so that the most that one child occupied is told.
+  // Its own shell, so that the peak memory of one child is known.
   const Outcome outcome =
       Tether("task " + problem + " --max-plans 0 --memory-limit 80M --json '" + json + "' > /dev/null");
   getrusage(RUSAGE_CHILDREN, &after);
@@ -110,13 +110,13 @@ TEST(SignalsTest, ReportOfManyPlansIsWrittenWhenInterrupted) {
   std::string head(400, ' ');
   std::ifstream(json).read(head.data(), static_cast<std::streamsize>(head.size()));
   EXPECT_THAT(head, ::testing::HasSubstr("\"status\": \"interrupted\""));
-  // Standard output is taken slowly, but taken.
+  // Standard output is read slowly, but read.
   const Outcome slow = Tether(
       "task " + problem + " --max-plans 0 --memory-limit 0 --json - 2>/dev/null | (sleep 0.3; tail -c 400)",
       "timeout -s INT 0.5");
   EXPECT_THAT(slow.out, ::testing::HasSubstr("\"search_s\"")) << slow.err;
   EXPECT_TRUE(slow.out.ends_with("}\n")) << slow.out;
-  // Nobody takes it.
+  // Nobody reads it.
   const std::string said = folder.File("said");
   Tether("task " + problem + " --max-plans 0 --memory-limit 0 2>'" + said + "' | sleep 3",
          "timeout -s INT 0.5");

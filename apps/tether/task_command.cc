@@ -7,8 +7,8 @@
 #include "apps/tether/commands.h"
 #include "apps/tether/terminal.h"
 #include "tether/common/exit_code.h"
-#include "tether/common/output_header.h"
-#include "tether/common/outputs.h"
+#include "tether/common/output/output_header.h"
+#include "tether/common/output/outputs.h"
 #include "tether/common/text.h"
 #include "tether/scenario/problem.h"
 #include "tether/symbolic/grounding/relevance.h"
@@ -37,7 +37,7 @@ void Validate(const TaskArguments& arguments) {
                  "seconds, or 0 for no limit");
   }
   if (arguments.goal.empty() && arguments.semantics != "cosafe") {
-    mistakes.Add({}, "--semantics is of no use without --goal", "--goal FORMULA");
+    mistakes.Add({}, "--semantics has no effect without --goal", "--goal FORMULA");
   }
   mistakes.ThrowIfAny();
 }
@@ -127,7 +127,7 @@ void SearchGreedily(task::Product& product, const task::SearchLimits& limits, Ta
   report.complete = result.skeleton.has_value() || report.ended == task::SearchStatus::kExhausted;
 }
 
-/// Counts what can be reached in the whole task, whatever part of it was searched.
+/// Counts the reachable states of the whole task, whatever part of it was searched.
 void CountReachable(task::SkeletonSearch& search, const std::shared_ptr<const symbolic::Task>& whole,
                     const task::SearchLimits& limits, TaskReport& report) {
   std::optional<task::SkeletonSearch> other;
@@ -159,7 +159,7 @@ void SearchInOrder(std::unique_ptr<task::Product> product, const std::shared_ptr
         report.ended == task::SearchStatus::kFound || report.ended == task::SearchStatus::kExhausted;
     if (blind && report.complete) CountReachable(search, whole, limits, report);
   } catch (const LimitReached& reached) {
-    // What was found stays.
+    // The plans found so far are kept.
     report.ended = task::StatusOf(reached.limit());
     report.complete = false;
   }
@@ -181,7 +181,7 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
   if (!arguments.goal.empty()) goal = scenario::ReadTemporalGoal(arguments.goal, arguments.semantics);
   const auto begin = std::chrono::steady_clock::now();
   const task::SearchLimits limits{common};
-  // A plan's word has a letter for each action, so that a temporal goal may ask for any.
+  // A plan's word has a letter for each action, so a temporal goal may depend on any of them.
   symbolic::RelevantTask relevant;
   if (arguments.max_plans == 1 && !goal) relevant = symbolic::KeepRelevant(task);
   auto product = std::make_unique<task::Product>(relevant.task ? relevant.task : task, goal);
@@ -195,7 +195,7 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
     if (relevant.task) {
       for (int& action : plan.actions) action = relevant.actions[static_cast<size_t>(action)];
     }
-    // Whatever was searched by.
+    // Whatever the search minimised.
     plan.cost = 0;
     for (int action : plan.actions)
       plan.cost += static_cast<double>(task->actions()[static_cast<size_t>(action)].cost);
@@ -269,7 +269,7 @@ int TaskCommand(const TaskArguments& arguments) {
   const Terminal terminal(arguments.json == "-");
   const Limits limits = arguments.MakeLimits();
   const LimitsScope scope(limits);
-  std::optional<ReportingScope> reporting;  // Outlives what is found.
+  std::optional<ReportingScope> reporting;  // Outlives the report.
   auto begin = std::chrono::steady_clock::now();
   const auto problem = symbolic::ReadProblem(arguments.domain, arguments.problem);
   const double parse_s = Since(begin);

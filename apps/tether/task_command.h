@@ -34,15 +34,15 @@ struct TaskReport {
   task::SearchStatus ended = task::SearchStatus::kExhausted;  ///< Why there are not more plans.
   bool unsatisfiable = false;                                 ///< The temporal goal holds of no word at all.
   bool grounded = true;                                       ///< Otherwise a limit was reached before.
-  bool complete = false;             ///< Nothing that was asked for is missing because of a limit.
-  std::deque<task::Skeleton> plans;  ///< Grows without a copy of what is there.
+  bool complete = false;             ///< No plan that was asked for is missing because of a limit.
+  std::deque<task::Skeleton> plans;  ///< Grows without copies.
   uint64_t expanded = 0, generated = 0;
   std::optional<uint64_t> reachable;    ///< States of the product, where all of them were explored.
   std::optional<int> automaton_states;  ///< Those the search met, where the goal is temporal.
   double parse_s = 0, ground_s = 0, search_s = 0;
 };
 
-/// Searches `task` for plans. Throws InputError for arguments that make no sense.
+/// Searches `task` for plans. Throws InputError for arguments that are not valid.
 TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArguments& arguments,
                       const Limits& limits);
 

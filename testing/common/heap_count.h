@@ -2,8 +2,9 @@
 
 #include <cstddef>
 
-/// What was taken from the heap so far, in a test or benchmark one of whose sources includes heap_counter.h.
-/// Where that can't count (sanitizers have a malloc of their own) TETHER_COUNTS_ALLOCATIONS is not defined.
+/// The number of heap allocations so far, in a test or benchmark one of whose sources includes
+/// heap_counter.h. Where they can't be counted (sanitizers have a malloc of their own)
+/// TETHER_COUNTS_ALLOCATIONS is not defined.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 #define TETHER_COUNTS_ALLOCATIONS 1
 #endif

@@ -7,8 +7,8 @@
 
 namespace tether {
 
-/// For tests that write files: a new empty folder that is gone with this value. No other process has the same
-/// one, so tests may run side by side. Throws std::runtime_error if no folder can be made.
+/// For tests that write files: a new empty folder that is removed with this value. No other process has the
+/// same one, so tests may run side by side. Throws std::runtime_error if no folder can be made.
 class ScratchFolder {
  public:
   ScratchFolder() {

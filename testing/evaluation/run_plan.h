@@ -11,14 +11,14 @@
 
 namespace tether::execution {
 
-/// What came of a run, judged by the truth.
+/// The outcome of a run, judged by the truth.
 struct RunResult {
   ExecutiveStatus status;
   double time = 0;
   std::vector<Event> events;
   std::vector<StepRecord> records;
   int retries = 0;
-  scene::WorldEstimate truth;  ///< When the run had ended and things had come to rest.
+  scene::WorldEstimate truth;  ///< After the end of the run, when the objects are at rest.
 
   int Count(EventKind kind) const;
   std::string Log() const;

@@ -143,7 +143,7 @@ inline Pose RandomPose(Random& random) {
   return {math::ExpSO3(RandomVector(random, 1)), RandomVector(random, 1)};
 }
 
-/// A chain of hands and boxes like a key-pose program: the hand takes the box by an offset, the box stands
+/// A chain of hands and boxes like a key-pose program: the hand grasps the box at an offset, the box stands
 /// upright on a table within a rectangle, both keep out of balls, and consecutive poses are near each other
 /// (Paper A, eq. (4)).
 inline Example KeyPoseChain(int steps, uint64_t seed, double turn = 0.1) {

@@ -29,7 +29,7 @@ std::string ToString(Kind kind);
 Problem RandomProblem(Random& random, Kind kind);
 
 double Cost(const Problem& problem, const Eigen::VectorXd& x);
-/// What rounding of the cost is relative to.
+/// The scale of the cost's rounding.
 double CostScale(const Problem& problem, const Eigen::VectorXd& x);
 /// −H⁻¹ g
 Eigen::VectorXd Unconstrained(const Problem& problem);

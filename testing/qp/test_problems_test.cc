@@ -27,6 +27,133 @@ MatrixXd RandomMatrix(Random& random, int rows, int columns) {
 
 double LogUniform(Random& random, double low, double high) { return std::pow(10, random.Uniform(low, high)); }
 
+/// Makes some equalities combinations of others; kBadEqualities: two contradict each other, for which
+/// the caller changes the right-hand side.
+void MakeEqualitiesDependent(Random& random, Kind kind, Problem& problem) {
+  const auto equalities = static_cast<int>(problem.E().rows());
+  for (int i = 1; i < equalities; ++i) {
+    if (random.Index(2) == 0) problem.E().row(i) = random.Normal() * problem.E().row(random.Index(i));
+  }
+  if (random.Index(2) == 0 && equalities > 2) {
+    problem.E().row(2) = problem.E().row(0) - 2 * problem.E().row(1);
+  }
+  if (kind == Kind::kBadEqualities) problem.E().row(1) = random.Uniform(0.5, 2) * problem.E().row(0);
+}
+
+/// Sides of the rows that `inside` satisfies; kDegenerate: many of them are active there.
+void SetSides(Random& random, Kind kind, const VectorXd& inside, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows());
+  problem.lower() = problem.A() * inside;
+  for (int i = 0; i < rows; ++i) {
+    const double room = kind == Kind::kDegenerate && random.Index(3) > 0 ? 0 : random.Uniform(0, 1);
+    if (random.Index(2) == 0) {
+      problem.lower()[i] -= room;
+    } else {
+      problem.upper()[i] = problem.lower()[i] + room;
+      problem.lower()[i] = random.Index(4) == 0 ? problem.lower()[i] - room : -kInfinity;
+    }
+  }
+}
+
+/// Row `to` becomes row `from`, scaled.
+void CopyRow(int from, int to, double scale, Problem& problem) {
+  problem.A().row(to) = scale * problem.A().row(from);
+  problem.lower()[to] = scale > 0 ? scale * problem.lower()[from] : scale * problem.upper()[from];
+  problem.upper()[to] = scale > 0 ? scale * problem.upper()[from] : scale * problem.lower()[from];
+}
+
+/// Rows that repeat others or follow from them, empty ones, and equalities written as rows.
+void MakeDegenerate(Random& random, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows()), equalities = static_cast<int>(problem.E().rows());
+  for (int i = 2; i < rows; ++i) {
+    const int choice = random.Index(6);
+    if (choice == 0) CopyRow(random.Index(i), i, 1, problem);
+    if (choice == 1) CopyRow(random.Index(i), i, random.Normal(), problem);
+    if (choice == 2) {  // the sum of two rows: implied by them
+      const int a = random.Index(i), b = random.Index(i);
+      problem.A().row(i) = problem.A().row(a) + problem.A().row(b);
+      problem.lower()[i] = problem.lower()[a] + problem.lower()[b];
+      problem.upper()[i] = problem.upper()[a] + problem.upper()[b];
+    }
+    if (choice == 3) problem.A().row(i).setZero(), problem.lower()[i] = -0.0, problem.upper()[i] = 0;
+    if (choice == 4 && equalities > 0) {
+      problem.A().row(i) = problem.E().row(0);
+      problem.lower()[i] = problem.upper()[i] = problem.e()[0];
+    }
+  }
+}
+
+/// The last row is minus a positive combination of others, out of reach.
+void MakeInfeasible(Random& random, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows()), n = static_cast<int>(problem.A().cols());
+  const int count = 1 + random.Index(std::min(rows - 1, n));
+  VectorXd sum = VectorXd::Zero(n);
+  double side = 0;
+  for (int i = 0; i < count; ++i) {
+    const double y = random.Uniform(0.1, 1);
+    const bool low = std::isfinite(problem.lower()[i]);
+    sum += (low ? y : -y) * problem.A().row(i).transpose();
+    side += low ? y * problem.lower()[i] : -y * problem.upper()[i];
+  }
+  problem.A().row(rows - 1) = sum.transpose();
+  problem.lower()[rows - 1] = -kInfinity;
+  problem.upper()[rows - 1] = side - random.Uniform(0.01, 1);
+}
+
+/// Every second row is nearly parallel to the one before it.
+void MakeNearParallel(Random& random, const VectorXd& inside, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows()), n = static_cast<int>(problem.A().cols());
+  for (int i = 0; i + 1 < rows; i += 2) {
+    CopyRow(i, i + 1, random.Index(2) == 0 ? 1 : -1, problem);
+    const VectorXd nudge = LogUniform(random, -8, -4) * RandomVector(random, n);
+    problem.A().row(i + 1) += nudge.transpose();
+    const double value = problem.A().row(i + 1).dot(inside);
+    problem.lower()[i + 1] = std::min(problem.lower()[i + 1], value);
+    problem.upper()[i + 1] = std::max(problem.upper()[i + 1], value);
+  }
+}
+
+/// Rows scaled by twelve orders of magnitude.
+void ScaleRows(Random& random, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows());
+  for (int i = 0; i < rows; ++i) {
+    const double scale = LogUniform(random, -6, 6);
+    problem.A().row(i) *= scale;
+    problem.lower()[i] *= scale;
+    problem.upper()[i] *= scale;
+  }
+  problem.H() *= 1e3;
+  problem.g() *= 1e3;
+}
+
+/// Variables scaled by twelve orders of magnitude.
+void ScaleVariables(Random& random, Problem& problem) {
+  const auto n = static_cast<int>(problem.A().cols());
+  for (int j = 0; j < n; ++j) {
+    const double scale = LogUniform(random, -6, 6);
+    problem.H().row(j) *= scale;
+    problem.H().col(j) *= scale;
+    problem.g()[j] *= scale;
+    problem.A().col(j) *= scale;
+    problem.E().col(j) *= scale;
+  }
+}
+
+/// Bounds on most variables, some of them fixed; some rows are equalities.
+void AddBounds(Random& random, const VectorXd& inside, Problem& problem) {
+  const auto rows = static_cast<int>(problem.A().rows()), n = static_cast<int>(problem.A().cols());
+  for (int j = 0; j < n; ++j) {
+    if (random.Index(3) > 0) problem.x_lower()[j] = inside[j] - random.Uniform(0, 0.5);
+    if (random.Index(3) > 0) problem.x_upper()[j] = inside[j] + random.Uniform(0, 0.5);
+    if (random.Index(8) == 0) problem.x_lower()[j] = problem.x_upper()[j] = inside[j];
+  }
+  for (int i = 0; i < std::min(rows, n / 2); ++i) {
+    if (random.Index(4) == 0) {
+      problem.lower()[i] = problem.upper()[i] = problem.A().row(i).dot(inside);
+    }
+  }
+}
+
 }  // namespace
 
 std::string ToString(Kind kind) {
@@ -56,108 +183,28 @@ Problem RandomProblem(Random& random, Kind kind) {
   const VectorXd inside = RandomVector(random, n);
   problem.E() = RandomMatrix(random, equalities, n);
   problem.A() = RandomMatrix(random, rows, n);
-  if (only_equalities) {
-    for (int i = 1; i < equalities; ++i) {
-      if (random.Index(2) == 0) problem.E().row(i) = random.Normal() * problem.E().row(random.Index(i));
-    }
-    if (random.Index(2) == 0 && equalities > 2) {
-      problem.E().row(2) = problem.E().row(0) - 2 * problem.E().row(1);
-    }
-    if (kind == Kind::kBadEqualities) problem.E().row(1) = random.Uniform(0.5, 2) * problem.E().row(0);
-  }
+  if (only_equalities) MakeEqualitiesDependent(random, kind, problem);
   problem.e() = problem.E() * inside;
   if (kind == Kind::kBadEqualities) problem.e()[1] += random.Uniform(0.1, 1);
-  problem.lower() = problem.A() * inside;
-  for (int i = 0; i < rows; ++i) {
-    const double room = kind == Kind::kDegenerate && random.Index(3) > 0 ? 0 : random.Uniform(0, 1);
-    if (random.Index(2) == 0) {
-      problem.lower()[i] -= room;
-    } else {
-      problem.upper()[i] = problem.lower()[i] + room;
-      problem.lower()[i] = random.Index(4) == 0 ? problem.lower()[i] - room : -kInfinity;
-    }
-  }
-  const auto copy = [&](int from, int to, double scale) {
-    problem.A().row(to) = scale * problem.A().row(from);
-    problem.lower()[to] = scale > 0 ? scale * problem.lower()[from] : scale * problem.upper()[from];
-    problem.upper()[to] = scale > 0 ? scale * problem.upper()[from] : scale * problem.lower()[from];
-  };
+  SetSides(random, kind, inside, problem);
   switch (kind) {
     case Kind::kDegenerate:
-      for (int i = 2; i < rows; ++i) {
-        const int choice = random.Index(6);
-        if (choice == 0) copy(random.Index(i), i, 1);
-        if (choice == 1) copy(random.Index(i), i, random.Normal());
-        if (choice == 2) {  // the sum of two rows: implied by them
-          const int a = random.Index(i), b = random.Index(i);
-          problem.A().row(i) = problem.A().row(a) + problem.A().row(b);
-          problem.lower()[i] = problem.lower()[a] + problem.lower()[b];
-          problem.upper()[i] = problem.upper()[a] + problem.upper()[b];
-        }
-        if (choice == 3) problem.A().row(i).setZero(), problem.lower()[i] = -0.0, problem.upper()[i] = 0;
-        if (choice == 4 && equalities > 0) {
-          problem.A().row(i) = problem.E().row(0);
-          problem.lower()[i] = problem.upper()[i] = problem.e()[0];
-        }
-      }
+      MakeDegenerate(random, problem);
       break;
-    case Kind::kInfeasible: {
-      // The last row is minus a positive combination of others, out of reach.
-      const int count = 1 + random.Index(std::min(rows - 1, n));
-      VectorXd sum = VectorXd::Zero(n);
-      double side = 0;
-      for (int i = 0; i < count; ++i) {
-        const double y = random.Uniform(0.1, 1);
-        const bool low = std::isfinite(problem.lower()[i]);
-        sum += (low ? y : -y) * problem.A().row(i).transpose();
-        side += low ? y * problem.lower()[i] : -y * problem.upper()[i];
-      }
-      problem.A().row(rows - 1) = sum.transpose();
-      problem.lower()[rows - 1] = -kInfinity;
-      problem.upper()[rows - 1] = side - random.Uniform(0.01, 1);
+    case Kind::kInfeasible:
+      MakeInfeasible(random, problem);
       break;
-    }
     case Kind::kNearParallel:
-      for (int i = 0; i + 1 < rows; i += 2) {
-        copy(i, i + 1, random.Index(2) == 0 ? 1 : -1);
-        const VectorXd nudge = LogUniform(random, -8, -4) * RandomVector(random, n);
-        problem.A().row(i + 1) += nudge.transpose();
-        const double value = problem.A().row(i + 1).dot(inside);
-        problem.lower()[i + 1] = std::min(problem.lower()[i + 1], value);
-        problem.upper()[i + 1] = std::max(problem.upper()[i + 1], value);
-      }
+      MakeNearParallel(random, inside, problem);
       break;
     case Kind::kScaled:
-      for (int i = 0; i < rows; ++i) {
-        const double scale = LogUniform(random, -6, 6);
-        problem.A().row(i) *= scale;
-        problem.lower()[i] *= scale;
-        problem.upper()[i] *= scale;
-      }
-      problem.H() *= 1e3;
-      problem.g() *= 1e3;
+      ScaleRows(random, problem);
       break;
     case Kind::kScaledVariables:
-      for (int j = 0; j < n; ++j) {
-        const double scale = LogUniform(random, -6, 6);
-        problem.H().row(j) *= scale;
-        problem.H().col(j) *= scale;
-        problem.g()[j] *= scale;
-        problem.A().col(j) *= scale;
-        problem.E().col(j) *= scale;
-      }
+      ScaleVariables(random, problem);
       break;
     case Kind::kBoxed:
-      for (int j = 0; j < n; ++j) {
-        if (random.Index(3) > 0) problem.x_lower()[j] = inside[j] - random.Uniform(0, 0.5);
-        if (random.Index(3) > 0) problem.x_upper()[j] = inside[j] + random.Uniform(0, 0.5);
-        if (random.Index(8) == 0) problem.x_lower()[j] = problem.x_upper()[j] = inside[j];
-      }
-      for (int i = 0; i < std::min(rows, n / 2); ++i) {
-        if (random.Index(4) == 0) {
-          problem.lower()[i] = problem.upper()[i] = problem.A().row(i).dot(inside);
-        }
-      }
+      AddBounds(random, inside, problem);
       break;
     default:
       break;

@@ -10,7 +10,7 @@ inline Scenario Shipped(const std::string& name) {
   return LoadScenario(std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name + ".yaml");
 }
 
-/// A text without each occurrence of a piece: messages without the folder that a test made.
+/// The text with every occurrence of a piece removed, such as the path of a test's folder.
 inline std::string Without(std::string text, const std::string& piece) {
   for (size_t at = 0; (at = text.find(piece, at)) != std::string::npos;) text.erase(at, piece.size());
   return text;

@@ -8,7 +8,7 @@
 #include "tether/symbolic/pddl/pddl.h"
 
 /// For tests and benchmarks: domains of the International Planning Competition of 2000 and 2002 in our words,
-/// and instances of them. What the published instances ask for is quoted as facts; their optima are known.
+/// and instances of them. The goals of the published instances are quoted as facts; their optima are known.
 namespace tether::symbolic::domains {
 
 inline std::shared_ptr<const Problem> Parse(const std::string& domain, const std::string& problem) {

@@ -7,7 +7,7 @@
 #include "tether/common/random.h"
 #include "tether/symbolic/grounding/task.h"
 
-/// For tests: a semantics of PDDL that is slow and obvious, and random problems to compare with it.
+/// For tests: an oracle of PDDL's semantics, and random problems to compare with it.
 namespace tether::symbolic::naive {
 
 using Facts = std::set<Atom>;
@@ -148,7 +148,7 @@ inline int64_t CostOf(const Problem& problem, const Step& step) {
   return cost;
 }
 
-/// Every action that applies, in the order of declaration, and what it leads to.
+/// Every applicable action, in the order of declaration, with its result.
 inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
   std::vector<Step> steps;
   for (const Action& action : problem.domain->actions) {

@@ -16,9 +16,9 @@
 #include "tether/symbolic/pddl/expression.h"
 #include "tether/task/goal/product.h"
 
-/// For tests: every plan of a small task, by walking all paths of what PDDL's definition says, and random
-/// small tasks to compare with it. Shares no code with grounding, heuristics and search; of a temporal goal
-/// it asks the minimal automaton of the whole formula, which the search does not build.
+/// For tests: an oracle that finds every plan of a small task by walking all paths by PDDL's definition, and
+/// random small tasks to compare with it. Shares no code with grounding, heuristics and search; for a
+/// temporal goal it uses the minimal automaton of the whole formula, which the search does not build.
 namespace tether::task::oracle {
 
 struct Plan {
@@ -50,11 +50,11 @@ class Paths {
     std::sort(plans_.begin(), plans_.end());
     return plans_;
   }
-  /// All() would have found more paths to walk without the bound on their length.
+  /// Whether the bound on the length cut paths off in All().
   bool cut_off() const { return cut_off_; }
 
   enum class Verdict { kPlan, kRevisits, kNoPlan };
-  /// What a sequence of actions is.
+  /// The verdict on a sequence of actions.
   Verdict Judge(const std::vector<std::string>& actions) {
     int state = 0;
     std::set<int> seen = {state};
@@ -163,7 +163,7 @@ class Paths {
   std::vector<Plan> plans_;
 };
 
-/// Writes a small task over objects that nothing but the facts tells apart. By the seed: STRIPS, conditional
+/// Writes a small task over objects that differ in nothing but the facts. By the seed: STRIPS, conditional
 /// effects, derived predicates, all of them with nested formulas (naive::RandomProblem), or one of these with
 /// a temporal goal; each with and without costs. Many tasks have no plan or an empty one: other attempts are
 /// others of the same kind.
@@ -184,7 +184,7 @@ class RandomTask {
     temporal = kind == 4;
   }
 
-  /// For the tasks that want one.
+  /// A temporal goal, for the tasks with one.
   std::string Formula(const std::vector<std::string>& propositions, int depth) {
     return RandomFormula(propositions, 3, random_, depth);
   }

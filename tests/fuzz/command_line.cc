@@ -1,4 +1,4 @@
-// Mutates files and hands them to the commands of the program: fuzz_command_line --help.
+// Mutates files and runs the commands of the program on them: fuzz_command_line --help.
 
 #include <atomic>
 #include <chrono>
@@ -50,7 +50,7 @@ std::string WriteParts(const fs::path& folder, const std::string& input) {
   return (folder / "scenario.yaml").string();
 }
 
-/// The command as the program would run it: what `main` does with exceptions, it does.
+/// Runs the command as the program would, with main's handling of exceptions.
 int RunCommandOn(const std::string& command, const std::string& scenario) {
   std::signal(SIGPROF, AskToStop);
   itimerval timer{};

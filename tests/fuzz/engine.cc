@@ -44,7 +44,7 @@ constexpr int kMostFindings = 20;
 constexpr int kFound = 77;  // exit code of a process whose last input is a finding
 constexpr size_t kMostKept = 3000;
 
-/// What the fuzzing process tells the one that watches it, in memory that both see.
+/// Messages of the fuzzing process to the one that watches it, in shared memory.
 struct Board {
   uint64_t runs = 0;
   uint64_t accepted = 0;
@@ -77,7 +77,7 @@ std::string Describe(int status) {
   return "exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-/// The life of a process that tries inputs; ends after a finding, or when there is enough.
+/// The loop of a process that tries inputs; ends after a finding, or when enough were tried.
 class Trier {
  public:
   Trier(const std::function<void(const std::string&)>& body, const std::vector<Seed>& corpus,
@@ -97,7 +97,7 @@ class Trier {
     }
     const uint64_t most = options_.runs > 0 ? options_.runs : UINT64_MAX;
     while (board_.runs < most && (options_.runs > 0 || Clock::now() < end)) {
-      // Half the time from what came last: the latest new places are the least known.
+      // Half the time from the latest inputs: they reached the newest places.
       const size_t recent = std::min<size_t>(texts_.size(), 20);
       const size_t at = random_.Index(2) == 0
                             ? texts_.size() - 1 - static_cast<size_t>(random_.Index(static_cast<int>(recent)))
@@ -179,7 +179,7 @@ void SetLimits(const Allowance& allowance) {
   rlimit memory{allowance.memory, allowance.memory};
   setrlimit(RLIMIT_AS, &memory);
 #else
-  (void)allowance;  // The sanitizer takes terabytes of addresses; its own limit counts what is used.
+  (void)allowance;  // The sanitizer reserves terabytes of addresses; its own limit counts the memory in use.
 #endif
 }
 
@@ -188,7 +188,7 @@ Outcome RunHere(const std::function<void(const std::string&)>& body, const std::
     body(input);
     return {};
   } catch (const InputError& error) {
-    // What is said of a mistake must be something.
+    // The message of a mistake must not be empty.
     for (const Diagnostic& diagnostic : error.diagnostics()) {
       if (diagnostic.ToString().empty()) return {false, "an error without words"};
     }

@@ -20,7 +20,7 @@ struct Allowance {
   uint64_t memory = 2ull << 30;  ///< Bytes, of a process.
 };
 
-/// What became of one input. `ok` also where it was refused as it should be.
+/// The outcome of one input. `ok` also where it was refused as it should be.
 struct Outcome {
   bool ok = true;
   std::string text;  ///< "signal 11 (Segmentation fault)", "std::bad_alloc", …
@@ -44,9 +44,9 @@ struct FuzzOptions {
   Allowance allowance;
 };
 
-/// Mutates the corpus, and what leads to new places, until the time is over, in a process that is begun anew
-/// after each finding. Returns the number of findings; each is told on standard output. With `runs` in place
-/// of `seconds` the same seed tries the same inputs.
+/// Mutates the corpus, and inputs that led to new places, until the time is over, in a process that is
+/// restarted after each finding. Returns the number of findings; each is printed on standard output. With
+/// `runs` in place of `seconds` the same seed tries the same inputs.
 int Fuzz(const std::function<void(const std::string&)>& body, const std::vector<Seed>& corpus,
          const FuzzOptions& options);
 

@@ -11,8 +11,8 @@ namespace tether::fuzz {
 inline constexpr size_t kMostBytes = 1 << 16;
 
 /// The input, changed in one to a few places: numbers by awkward ones, words by other words of the corpus,
-/// lines and lists taken out, moved, repeated, brackets nested, bytes flipped. The same random state gives
-/// the same text. `corpus` must not be empty.
+/// lines and lists removed, moved, repeated, brackets nested, bytes flipped. The same random state gives the
+/// same text. `corpus` must not be empty.
 std::string Mutate(const std::string& input, const std::vector<std::string>& corpus, Random& random);
 
 }  // namespace tether::fuzz

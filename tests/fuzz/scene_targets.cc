@@ -19,7 +19,7 @@
 namespace tether::fuzz {
 namespace {
 
-/// A folder of this process, for readers that take paths. Left behind by a process that crashes.
+/// A folder of this process, for readers of paths. Left behind by a process that crashes.
 class Folder {
  public:
   Folder() : path_(std::filesystem::temp_directory_path() / ("tether_fuzz_" + std::to_string(getpid()))) {

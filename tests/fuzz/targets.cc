@@ -16,7 +16,7 @@ const std::vector<Target>& Targets() {
       {"plan", "plan files", ReadPlanText},
       {"events", "event files", ReadEventText},
       {"log", "logs of runs, and their figures", ReadLogText},
-      {"campaign", "the lines of a campaign that is taken up again", ReadCampaignLines},
+      {"campaign", "the lines of a campaign that is continued", ReadCampaignLines},
   };
   return targets;
 }

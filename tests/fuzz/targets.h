@@ -14,7 +14,7 @@ struct Target {
   void (*read)(const std::string& input);
 };
 
-/// Every reader. Where it takes several files, they are one input, parted by lines of two percent signs.
+/// Every reader. Several files of one are one input, separated by lines of two percent signs.
 const std::vector<Target>& Targets();
 
 /// A law that what was read must keep, such as that writing and reading change nothing.

@@ -11,7 +11,7 @@
 namespace tether::fuzz {
 namespace {
 
-// Grounding takes as long as a problem is large; here it shall stay quick.
+// Grounding time grows with the problem; here it must stay short.
 constexpr double kMostInstances = 3e4;
 constexpr size_t kMostFormulaText = 60;
 // Nested X double an automaton each: `tether automaton` has a limit of memory for them.

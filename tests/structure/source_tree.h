@@ -61,5 +61,9 @@ Findings CheckOwnHeaderFirst(const std::vector<File>& files);
 Findings CheckHeaderManners(const std::vector<File>& files);
 /// No file names a folder of some machine.
 Findings CheckMachinePaths(const std::vector<File>& files);
+/// No source has more than `most` lines, unless its first line says why: "// Long: …".
+Findings CheckFileLengths(const std::vector<File>& files, int most);
+/// No function has more than `most` lines, from its first line to its last brace.
+Findings CheckFunctionLengths(const std::vector<File>& files, int most);
 
 }  // namespace tether::structure

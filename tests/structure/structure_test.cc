@@ -59,6 +59,11 @@ TEST(Structure, HeadersAreLight) {
   EXPECT_THAT(CheckOwnHeaderFirst(Tree()), IsEmpty());
 }
 
+TEST(Structure, FilesAndFunctionsAreShort) {
+  EXPECT_THAT(CheckFileLengths(Tree(), 500), IsEmpty());
+  EXPECT_THAT(CheckFunctionLengths(Tree(), 80), IsEmpty());
+}
+
 TEST(Structure, NoFileNamesAMachine) { EXPECT_THAT(CheckMachinePaths(Tree()), IsEmpty()); }
 
 // The rules themselves: each finds an offender.
@@ -159,6 +164,28 @@ TEST(StructureRules, MachinePathIsFound) {
               ElementsAre(HasSubstr("a.md:2:")));
   EXPECT_THAT(CheckMachinePaths({{"a.md", ".." + slash + "shared/x"}}), SizeIs(1));
   EXPECT_THAT(CheckMachinePaths({{"a.md", "/usr/include, /dev/null, build/tmp.txt"}}), IsEmpty());
+}
+
+TEST(StructureRules, LongFileWithoutAReasonIsFound) {
+  EXPECT_THAT(CheckFileLengths({{"a.cc", "int a;\nint b;\n"}}, 2), IsEmpty());
+  EXPECT_THAT(CheckFileLengths({{"a.cc", "int a;\nint b;\nint c;\n"}}, 2),
+              ElementsAre(HasSubstr("a.cc has 3 lines, more than 2")));
+  EXPECT_THAT(CheckFileLengths({{"a.cc", "// Long: a table.\nint b;\nint c;\n"}}, 2), IsEmpty());
+  EXPECT_THAT(CheckFileLengths({{"a.md", "1\n2\n3\n"}}, 2), IsEmpty());
+}
+
+TEST(StructureRules, LongFunctionIsFound) {
+  const std::string text =
+      "namespace a {\n"
+      "struct B {\n  int c;\n  int d;\n  int e;\n};\n"  // a long type is none
+      "const int kF[] = {\n  1,\n  2,\n};\n"            // nor is a table
+      "int Short() {\n  return 1;\n}\n"
+      "const char* Text() {\n  return R\"({{\n)\";  // {\n}\n"
+      "TEST(X, Y) {\n  if (Short()) {\n    Short();\n  }\n}\n"
+      "}\n";
+  EXPECT_THAT(CheckFunctionLengths({{"a.cc", text}}, 4),
+              ElementsAre("a.cc:18: a function of 5 lines, more than 4"));
+  EXPECT_THAT(CheckFunctionLengths({{"a.cc", text}}, 5), IsEmpty());
 }
 
 }  // namespace

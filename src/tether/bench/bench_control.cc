@@ -4,7 +4,7 @@
 #include <chrono>
 #include <vector>
 
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/qp/example_problems.h"
 #include "tether/qp/kkt.h"
 #include "tether/qp/solver.h"
@@ -12,7 +12,7 @@
 namespace tether::bench {
 namespace {
 
-/// A jump after so many ticks of a smooth sequence, and the time between ticks, s.
+/// The number of ticks between jumps of a smooth sequence, and the time between ticks, s.
 constexpr int kSequence = 500;
 constexpr double kTick = 0.005;
 

@@ -23,9 +23,9 @@ struct ControlBench {
   int passes = 5;
   uint64_t seed = 1;
 
-  TimeQuantiles cold;         ///< Without knowledge of the last problem; all problems.
+  TimeQuantiles cold;         ///< Cold starts; all problems.
   TimeQuantiles warm;         ///< From the last problem's active rows; smooth sequences.
-  TimeQuantiles warm_random;  ///< The same where the last problem has nothing in common with this one.
+  TimeQuantiles warm_random;  ///< Warm starts from unrelated problems.
   double mean_active = 0;     ///< Active rows and bounds at the solution; all problems.
   double max_kkt = 0;         ///< Largest relative residual, as in qp::KktResidual; warm and cold.
   int unsolved = 0;
@@ -34,6 +34,7 @@ struct ControlBench {
 /// Measures; the options are the fields of `bench` that precede the results.
 ControlBench BenchmarkControl(ControlBench bench = {});
 
+/// Format `tether.bench/1`, name `control`. Times in s.
 Value WriteControlBench(const ControlBench& bench);
 
 }  // namespace tether::bench

@@ -47,7 +47,7 @@ scenario::PlanningOverrides Overrides(const PlanningBenchOptions& options, nlp::
   return overrides;
 }
 
-/// A candidate's program in its first way that is not proved impossible.
+/// A candidate's program with its first mode assignment that is not refuted.
 struct CandidateProgram {
   std::vector<std::string> actions;
   planning::KeyPoseProgram key_poses;
@@ -60,16 +60,16 @@ std::optional<CandidateProgram> BuildFirst(const planning::SceneFacts& facts,
   start.near = planning::kNear;
   planning::KeyPoseProgram first = planning::BuildProgram(facts, steps, {}, start);
   if (first.refutations.empty()) return CandidateProgram{actions, std::move(first)};
-  for (const planning::ModeAssignment& way :
+  for (const planning::ModeAssignment& modes :
        planning::FindModeAssignments(facts, steps, 16, planning::Limits(facts.problem().search)).open) {
-    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, way.variant, start);
+    planning::KeyPoseProgram key_poses = planning::BuildProgram(facts, steps, modes.variant, start);
     if (key_poses.refutations.empty()) return CandidateProgram{actions, std::move(key_poses)};
   }
   return std::nullopt;
 }
 
-/// Calls `ask(index, repetition)` for each of several, `counts[index]` times, the turns of each spread evenly
-/// over those of all. Ends early once `ask` returns false.
+/// Calls `ask(index, repetition)` for each index, `counts[index]` times, with the calls for each spread
+/// evenly over all calls. Ends early once `ask` returns false.
 bool TakeTurns(const std::vector<int>& counts, const std::function<bool(size_t, int)>& ask) {
   const int rounds = *std::max_element(counts.begin(), counts.end());
   for (int round = 0; round < rounds; ++round) {
@@ -136,7 +136,7 @@ bool PlanOnce(const std::string& path, const scenario::PlanningOverrides& overri
   return true;
 }
 
-/// What the solvers work on. The programs may refer to the facts.
+/// The problem of a measurement. The programs may refer to the facts.
 struct Programs {
   std::unique_ptr<planning::SceneFacts> facts;
   std::vector<CandidateProgram> list;

@@ -14,7 +14,7 @@
 
 namespace tether::bench {
 
-/// What `tether bench planning` measures, and how often.
+/// Options of `tether bench planning`.
 struct PlanningBenchOptions {
   std::vector<std::string> scenarios;  ///< Files; empty: the four that ship.
   std::vector<std::string> solvers;    ///< Names; empty: all.
@@ -63,12 +63,12 @@ struct SolverMeasurement {
   std::optional<double> cost() const;  ///< Of the best program that was solved.
 };
 
-/// One scenario: what all solvers were asked, and how each did.
+/// The measurements of one scenario, with all solvers.
 struct ProblemMeasurement {
   std::string title;
   std::string path;
   uint64_t seed = 0;
-  int candidates = 0;                          ///< Some of them may have no program, since no pose can do.
+  int candidates = 0;  ///< Some of them may have no program, because they are refuted.
   int key_poses = 0, variables = 0, rows = 0;  ///< Of the largest program.
   Samples build;                               ///< All programs.
   Samples check;                               ///< The independent checker, all candidates' plans.
@@ -89,11 +89,11 @@ struct PlanningBench {
   bool interrupted = false;  ///< `problems` holds those that were finished.
 };
 
-/// How often a backend is asked.
+/// The number of repetitions with a backend.
 int Repetitions(nlp::Backend backend, int repetitions);
 
 /// Measures every solver on the same programs, one per candidate, in one thread; the repetitions of the
-/// solvers take turns, so that what else the machine does touches all of them. Then planning as a whole with
+/// solvers alternate, so that other load of the machine affects all of them. Then planning as a whole with
 /// each, and processes. Calls `on_problem` after each problem. Throws InputError for options and files.
 PlanningBench BenchmarkPlanning(const PlanningBenchOptions& options,
                                 const std::function<void(const ProblemMeasurement&)>& on_problem = {});

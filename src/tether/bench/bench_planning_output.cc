@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "tether/bench/bench_planning.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 
 namespace tether::bench {
@@ -28,7 +28,8 @@ std::optional<double> Ratio(const Samples& samples, const Samples* native) {
   return SpreadOf(samples.cpu).median / ours;
 }
 
-/// Where a solver's time goes, as far as it tells: only the native one knows more than the evaluation.
+/// Shares of a solver's time, as far as it reports them: only the native one reports more than the
+/// evaluation.
 struct Shares {
   std::optional<double> evaluation, assembly, linear_algebra;
   double rest = 1;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "tether/bench/process_time.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/formula/parser.h"
@@ -37,12 +37,12 @@ constexpr const char* kAssistiveGoal =
 
 std::string Name(const char* kind, int number) { return kind + std::to_string(number); }
 
-/// The same with more of everything: what eq. (21) does not speak of stands around.
+/// The same with more objects and regions, which eq. (21) is not about.
 planning::RegionLayout LargerLayout(int items, int regions) {
   planning::RegionLayout layout = AssistiveLayout();
   for (int i = static_cast<int>(layout.regions.size()) + 1; i <= regions; ++i)
     layout.regions.push_back({Name("place", i), 1});
-  // From the last region on, but not where something stands.
+  // Downwards from the last region, skipping those that hold something.
   int at = regions;
   for (int i = static_cast<int>(layout.items.size()) + 1; i <= items; ++i) {
     const auto taken = [&](const std::string& region) {
@@ -55,7 +55,7 @@ planning::RegionLayout LargerLayout(int items, int regions) {
   return layout;
 }
 
-/// `count` tasks: this object there, and later somewhere else.
+/// `count` tasks: an object into one region, and later into another.
 std::string TasksGoal(const planning::RegionLayout& layout, int count) {
   std::string goal;
   const int items = static_cast<int>(layout.items.size()), regions = static_cast<int>(layout.regions.size());
@@ -76,7 +76,7 @@ std::unique_ptr<task::Product> MakeProduct(const std::string& domain, const std:
   return std::make_unique<task::Product>(symbolic::Task::Ground(std::move(parsed)), goal);
 }
 
-/// Whether each of `wanted` can be reached, as far as `max_states` states tell.
+/// Whether all of `wanted` are reached within `max_states` states.
 bool ReachesAll(task::Product& product, std::vector<symbolic::State> wanted, size_t max_states) {
   task::StateGraph graph(product, {.blind = true});
   size_t looked_at = 0;

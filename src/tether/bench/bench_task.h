@@ -19,13 +19,13 @@ struct TaskMeasurement {
   double seconds = 0;  ///< From the formula and the PDDL text to the plan.
 };
 
-/// One task of the benchmark and what each search made of it.
+/// One task of the benchmark with the measurements of each search.
 struct TaskRow {
   std::string section;  ///< "eq. (21)", "abstractions", "tasks" or "scenes".
   std::string name;
   int items = 0, regions = 0, poses = 0;  ///< Poses per region; 0: regions as they are.
   int automaton_states = 0;               ///< Of the minimal automaton, where it is small; else 0.
-  /// States of the task joined with the automaton's that can be reached. Empty: not counted.
+  /// Reachable states of the product. Empty: not counted.
   std::optional<double> reachable = std::nullopt;
   std::vector<TaskMeasurement> searches = {};
 };
@@ -52,9 +52,8 @@ std::string TaskRowText(const TaskRow& row);
 /// Format `tether.bench/1`.
 Value WriteTaskBench(const TaskBench& bench);
 
-/// How many states of the product can be reached, counted over representatives of symmetric states where that
-/// is known to be exact: when the images of the start can be reached too. None if `max_states` of them are
-/// not enough.
+/// The number of reachable states of the product, counted over representatives of symmetric states where that
+/// is exact: when the images of the start are reachable too. None if there are more than `max_states`.
 std::optional<double> CountReachable(const std::string& domain, const std::string& problem,
                                      const std::string& formula, size_t max_states);
 

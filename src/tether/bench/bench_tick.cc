@@ -22,7 +22,7 @@ using math::Pose;
 
 constexpr double kPeriod = 0.005;
 constexpr double kTorquePeriod = 0.001;
-// A new goal after so many ticks.
+// Ticks between new goals.
 constexpr int kTicksPerGoal = 400;
 constexpr double kSafe = 0.01;
 constexpr double kLimit = 1e-3;  // s

@@ -48,7 +48,7 @@ TEST(ObstacleTest, AMovedOneLeavesTheTaskPossible) {
         EXPECT_GT(gap, object.name == "table" ? 0 : 0.029) << object.name << ", seed " << seed;
       }
     }
-    EXPECT_LT(nearest_place, 0.3);  // where it is in the way
+    EXPECT_LT(nearest_place, 0.3);  // where it is an obstruction
   }
 }
 
@@ -67,7 +67,7 @@ TEST(ObstacleTest, ACrossingOneGoesStraightAtItsSpeed) {
     EXPECT_EQ(by.z(), 0);
     EXPECT_GT(from.z(), highest + 0.04);
     EXPECT_GT(std::abs(from.x() * by.y() - from.y() * by.x()) / by.norm(), 0.3);  // past the base
-    // Through where the hand is on its ways.
+    // Through the space in which the hand moves.
     const Vector3d middle = from + 0.5 * by;
     EXPECT_LT(middle.head<2>().norm(), 0.55);
   }
@@ -133,7 +133,7 @@ TEST(ControlCampaignTest, RunsReachTheirGoalAndKeepTheirDistance) {
   EXPECT_THAT(CampaignTable(SummarizeCampaign(options, result)),
               ::testing::AllOf(HasSubstr("crossing: 1 of 1 runs reach the goal"),
                                HasSubstr("least distance less the safe one")));
-  // Taken from the file: nothing is run again.
+  // Read from the file: nothing is run again.
   EXPECT_EQ(RunCampaign(options).records.size(), 3u);
   options.scenario = folder.File("other.yaml");
   EXPECT_THROW(RunCampaign(options), InputError);
@@ -148,7 +148,7 @@ TEST(ControlCampaignTest, WhatSaysNothingToItIsRefused) {
     RunCampaign(options);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), ::testing::AllOf(HasSubstr("--no-robot says nothing"),
+    EXPECT_THAT(error.what(), ::testing::AllOf(HasSubstr("--no-robot has no effect"),
                                                HasSubstr("seeds, moved or crossing")));
   }
   options = {};

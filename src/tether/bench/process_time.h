@@ -5,7 +5,7 @@
 
 namespace tether::bench {
 
-/// Middle and tail of some times, s.
+/// Median and tail of some times, s.
 struct Spread {
   double median = 0;
   double p99 = 0;
@@ -15,8 +15,8 @@ Spread SpreadOf(std::vector<double> values);
 
 /// Measured times, one per repetition, s.
 struct Samples {
-  std::vector<double> wall;  ///< On the clock on the wall.
-  std::vector<double> cpu;   ///< Used by the thread, or by the process.
+  std::vector<double> wall;  ///< Wall-clock time.
+  std::vector<double> cpu;   ///< CPU time of the thread, or of the process.
 
   void Add(double wall_s, double cpu_s) {
     wall.push_back(wall_s);

@@ -87,7 +87,7 @@ TEST_F(RegionDomainTest, PlansATemporalGoalWithoutPddl) {
   ASSERT_EQ(report.status, planning::PlanStatus::kSolved) << report.message;
   EXPECT_TRUE(report.complete);
   const planning::Plan& plan = report.best()->plan;
-  // To b, to c, and back again; a is taken.
+  // To b, to c, and back again; a is occupied.
   EXPECT_EQ(plan.actions, (std::vector<std::string>{"move(b)", "grasp(plate,b)", "hold(plate,above)",
                                                     "hold(plate,c)", "place(plate,c)", "grasp(plate,c)",
                                                     "hold(plate,above)", "hold(plate,b)", "place(plate,b)"}));
@@ -118,7 +118,7 @@ TEST_F(RegionDomainTest, ObjectsCountInEveryRegionThatTheyAreIn) {
   planning::PlanReport report = Plan(Load(same + "task: {goal: 'F in(cup,c)'}\n"));
   ASSERT_TRUE(report.ok()) << report.message;
   EXPECT_THAT(report.best()->plan.actions, ::testing::Contains(HasSubstr("place(plate,d)")));
-  // What is placed in one is in the other: nothing is to be done for it.
+  // What is placed in one is in the other, without further actions.
   report = Plan(Load(same + "task: {goal: 'F(in(plate,b) & in(plate,c))'}\n"));
   ASSERT_TRUE(report.ok()) << report.message;
   EXPECT_TRUE(report.best()->plan.actions.empty());
@@ -289,7 +289,7 @@ TEST(RegionLayoutTest, CapacitiesHold) {
         if (region.capacity > 0) {
           ASSERT_LE(held[region.name], region.capacity);
         }
-        // Where the hand is with something, it may let go exactly if there is room.
+        // A hand that holds something in a region may release it exactly if there is room.
         if (!holds("at(" + region.name + ")") || holds("handempty()") || holds("handempty")) continue;
         const bool may = std::any_of(applicable.begin(), applicable.end(), [&](int action) {
           return task->actions()[static_cast<size_t>(action)].name.starts_with("place");
@@ -303,7 +303,7 @@ TEST(RegionLayoutTest, CapacitiesHold) {
   }
 }
 
-/// A temporal goal costs the same by A* and without a heuristic, and, where a region takes one object, with
+/// A temporal goal costs the same by A* and without a heuristic, and, where a region holds one object, with
 /// regions cut into poses.
 TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
   Random random(2);

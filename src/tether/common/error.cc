@@ -7,11 +7,11 @@
 namespace tether {
 namespace {
 
-/// A file with more mistakes is not read on: each is looked up among all names that there are.
+/// Reading ends at this many mistakes: each is compared with all known names.
 constexpr size_t kMostMistakes = 500;
-/// Longer words are no slips of the pen.
+/// Longer words are not compared.
 constexpr size_t kLongestWord = 200;
-/// More are not for reading.
+/// The most alternatives that are listed.
 constexpr size_t kMostAlternatives = 60;
 
 std::string JoinDiagnostics(const std::vector<Diagnostic>& diagnostics) {

@@ -17,7 +17,7 @@ struct Location {
   std::string ToString() const;
 };
 
-/// One thing wrong with an input.
+/// One mistake in an input.
 struct Diagnostic {
   Location where;
   std::string message;   ///< What is wrong, with the offending text.
@@ -43,11 +43,12 @@ class InputError : public std::runtime_error {
 /// Gathers the mistakes of a file, so that its reader can report all of them at once.
 class Diagnostics {
  public:
+  /// Adds a mistake with its place; `accepted` is what would be accepted, or empty.
   void Add(const Location& where, std::string message, std::string accepted = "");
   /// Adds what `error` holds.
   void Add(const InputError& error);
 
-  /// Something odd that has one meaning all the same: no mistake. The same in one file is said once.
+  /// A warning about something odd that still has one meaning. The same one in one file is reported once.
   void Warn(const Location& where, std::string message, std::string accepted = "");
 
   bool empty() const { return list_.empty(); }
@@ -61,13 +62,13 @@ class Diagnostics {
   std::vector<Diagnostic> list_, warnings_;
 };
 
-/// The candidate nearest to `word` by edit distance, or empty when none is near enough to be what was meant.
+/// The candidate nearest to `word` by edit distance; empty when none is near enough.
 std::string NearestMatch(std::string_view word, const std::vector<std::string>& candidates);
 
 /// "a, b or c".
 std::string JoinAlternatives(const std::vector<std::string>& words);
 
-/// "did you mean 'x'? accepted: x, y or z": what to say of a `word` that is none of `known`.
+/// "did you mean 'x'? accepted: x, y or z": the hint for a `word` that is none of `known`.
 std::string SuggestFrom(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace tether

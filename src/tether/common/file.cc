@@ -62,7 +62,7 @@ class Descriptor {
 /// The error, or 0.
 int WriteAll(int fd, std::string_view text) {
   while (!text.empty()) {
-    // In pieces, so that whoever waits for it sees that it goes on.
+    // In pieces, so that a signal handler that waits for it sees progress.
     const ssize_t written = write(fd, text.data(), std::min(text.size(), 16 * kPiece));
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return errno;
@@ -133,7 +133,7 @@ Destination FindDestination(const std::string& given) {
   if (!found.exists && errno != ENOENT) found.problem = Reason(errno);
   if (!found.exists && found.path.ends_with('/')) found.problem = "it is a folder";
   if (found.exists && S_ISDIR(found.status.st_mode)) found.problem = "it is a folder";
-  // What standard output is redirected to is written to, not replaced under it.
+  // A file that standard output is redirected to is written to, not replaced.
   for (const int fd : {STDOUT_FILENO, STDERR_FILENO}) {
     struct stat own {};
     if (found.exists && fstat(fd, &own) == 0 && own.st_dev == found.status.st_dev &&
@@ -234,7 +234,7 @@ void WriteFrom(const std::string& given, int fd, const TextSource& source) {
 
 void ReplaceFile(const std::string& given, const Destination& to, const TextSource& source) {
   const WritingScope scope;
-  // Until it has the mode of what it replaces, nobody else may look into it.
+  // Until it has the mode of the file that it replaces, nobody else may read it.
   Temporary temporary(FolderOf(to.path).string(), to.exists ? 0600 : 0666);
   if (temporary.error() != 0) FailToWrite(given, Reason(temporary.error()));
   WriteFrom(given, temporary.fd(), source);
@@ -347,7 +347,7 @@ bool IsSameFile(const std::string& a, const std::string& b) {
   if (first.exists != second.exists || !first.regular() || !second.regular()) return false;
   if (first.exists)
     return first.status.st_dev == second.status.st_dev && first.status.st_ino == second.status.st_ino;
-  // The folders are there, or nothing can be written: so links and dots in them can be followed.
+  // The folders must exist, so links and dots in them can be resolved.
   const auto place = [](const std::string& path) {
     std::error_code error;
     const fs::path folder = fs::weakly_canonical(fs::absolute(FolderOf(path), error), error);

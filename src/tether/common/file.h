@@ -17,20 +17,19 @@ std::string ReadFile(const std::string& path);
 /// Whether `path` is a file that ReadFile() has read in this process, by whatever name.
 bool WasRead(const std::string& path);
 
-/// Writes what a program puts out. A regular file appears or is replaced in one step, and keeps its mode; the
-/// new content is written to a file beside it, of a name that nobody can guess and that follows no link.
-/// Links are followed first, so that a link stays one. Devices, pipes and the process's own streams are
-/// written to. When writing fails, what stood there stays and nothing is left behind. Throws InputError with
-/// the system's reason.
+/// Writes an output. A regular file appears or is replaced atomically, and keeps its mode; the new content is
+/// written to a temporary file beside it, with an unpredictable name and no link followed. Links are followed
+/// first, so that a link stays one. Devices, pipes and the process's own streams are written to. When writing
+/// fails, the old file stays and no temporary is left. Throws InputError with the system's reason.
 void WriteFile(const std::string& path, std::string_view text);
 
-/// Takes the next piece of a text that is written.
+/// Receives the next piece of a text that is written.
 using TextSink = std::function<void(std::string_view)>;
-/// Hands a text to a sink piece by piece, for texts too long to be held as a whole.
+/// Passes a text to a sink piece by piece, for texts too long to be kept in memory.
 using TextSource = std::function<void(const TextSink&)>;
 
-/// The same for what `source` hands over. It is called once; what it throws is passed on, and is as if
-/// writing had failed.
+/// The same for the text of `source`, which is called once; an exception of it is passed on, as if writing
+/// had failed.
 void WriteFile(const std::string& path, const TextSource& source);
 
 /// Writes to standard output and flushes it. Throws InputError if that fails.
@@ -40,14 +39,14 @@ void WriteStandardOutput(std::string_view text);
 void WriteOutput(const std::string& path, std::string_view text);
 void WriteOutput(const std::string& path, const TextSource& source);
 
-/// What stands in the way of writing to `path`, in the system's words; empty if nothing does. Writes nothing.
+/// Why `path` can't be written, in the system's words; empty if it can. Writes nothing.
 std::string WhyNotWritable(const std::string& path);
 
 /// Whether two paths lead to the same file, which need not exist yet.
 bool IsSameFile(const std::string& a, const std::string& b);
 
-/// While one lives, regular files are being written: a program that has to end should wait until they are
-/// whole.
+/// While one exists, regular files are being written: a program that has to end should wait until they are
+/// complete.
 class WritingScope {
  public:
   WritingScope();
@@ -56,8 +55,8 @@ class WritingScope {
   WritingScope& operator=(const WritingScope&) = delete;
 };
 
-/// While one lives, results are being put together and written, regular files or not: a program that has to
-/// end should wait as long as that goes on.
+/// While one exists, results are being composed and written, to regular files or not: a program that has to
+/// end should wait as long as there is progress.
 class ReportingScope {
  public:
   ReportingScope();
@@ -65,7 +64,7 @@ class ReportingScope {
   ReportingScope(const ReportingScope&) = delete;
   ReportingScope& operator=(const ReportingScope&) = delete;
 
-  /// All results are written: whatever else is left to be done may be cut off.
+  /// All results are written: the rest of the program may be cut off.
   void Done();
 };
 
@@ -79,7 +78,7 @@ bool IsReporting() noexcept;
 bool IsReported() noexcept;
 
 /// For a signal handler that ends the program: whether regular files are being written, and the removal of
-/// those that are not whole.
+/// incomplete ones.
 bool IsWriting() noexcept;
 void RemoveUnfinishedFiles() noexcept;
 

@@ -14,7 +14,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr Clock::duration kBetweenLooksAtMemory = std::chrono::milliseconds(2);
 
-/// What the process occupied a moment ago.
+/// The memory in use at the last look.
 size_t RecentMemoryInUse(Clock::time_point now) {
   static std::atomic<Clock::rep> looked{0};
   static std::atomic<size_t> in_use{0};
@@ -67,7 +67,7 @@ size_t MemoryInUse() {
 void Limits::SetTimeLimit(double seconds) {
   deadline.reset();
   if (seconds <= 0) return;
-  constexpr double kForever = 1e9;  // More does not fit into a clock's ticks.
+  constexpr double kForever = 1e9;  // More would overflow the clock's ticks.
   deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                 std::chrono::duration<double>(std::min(seconds, kForever)));
 }

@@ -22,8 +22,8 @@ enum class Limit {
 /// "the time limit was reached", or the like.
 std::string_view Describe(Limit limit);
 
-/// Thrown by Limits::Poll() from deep inside a computation, and caught where the limits were set, which makes
-/// an outcome of it: this is neither bad input nor a bug.
+/// Thrown by Limits::Poll() from deep inside a computation, and caught where the limits were set, where it
+/// becomes an outcome: it is neither bad input nor a bug.
 class LimitReached : public std::exception {
  public:
   explicit LimitReached(Limit limit) : limit_(limit) {}
@@ -37,7 +37,7 @@ class LimitReached : public std::exception {
 /// Bytes of the computer's memory that the process occupies; 0 where the system does not say.
 size_t MemoryInUse();
 
-/// What a long computation may use: handed down by value or reference, and polled from its inner loops. May
+/// The limits of a long computation: passed down by value or reference, and polled from its inner loops. May
 /// be read by several threads at once.
 struct Limits {
   std::stop_token stop = {};
@@ -50,8 +50,8 @@ struct Limits {
   bool interruption_requested() const {
     return stop.stop_requested() || (interrupted != nullptr && interrupted->load(std::memory_order_relaxed));
   }
-  /// The limit that is reached, if one is; an interruption before others. Takes some 30 ns: memory is looked
-  /// at every few milliseconds only.
+  /// The limit that is reached, if one is; an interruption before others. Costs some 30 ns: memory is checked
+  /// every few milliseconds only.
   std::optional<Limit> Reached() const;
   /// Throws LimitReached if a limit is.
   void Poll() const {
@@ -59,7 +59,7 @@ struct Limits {
   }
 };
 
-/// Polls every 256th time that it is called, for loops whose turns take less than a poll. One per thread.
+/// Polls every 256th time that it is called, for loops whose turns cost less than a poll. One per thread.
 class LimitPoller {
  public:
   /// `limits` must outlive the poller.
@@ -73,8 +73,8 @@ class LimitPoller {
   uint32_t ticks_ = 0;
 };
 
-/// While one lives, `limits` are those of all that this thread computes: for code that is too deep, or called
-/// from too many places, to be handed them. Scopes nest; the inner one counts.
+/// While one exists, `limits` apply to all that this thread computes: for code that is too deep, or called
+/// from too many places, to get them as an argument. Scopes nest; the inner one counts.
 class LimitsScope {
  public:
   /// `limits` must outlive the scope.

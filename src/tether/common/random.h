@@ -5,8 +5,8 @@
 
 namespace tether {
 
-/// A seeded generator (xoshiro256++), the same on every platform. One seed drives a whole run: parts take
-/// their own generator with Split(), so that adding a draw in one part never changes another.
+/// A seeded generator (xoshiro256++), the same on every platform. One seed drives a whole run: parts get
+/// their own generator by Split(), so that an additional draw in one part never changes another.
 class Random {
  public:
   explicit Random(uint64_t seed);

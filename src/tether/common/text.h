@@ -6,7 +6,7 @@
 
 namespace tether {
 
-/// What printf would write in the "C" locale: numbers look the same whatever locale a host program has set.
+/// Formats as printf does in the "C" locale: numbers look the same whatever locale a host program has set.
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
 /// The same into a buffer of so many bytes, as std::snprintf does.
 [[gnu::format(printf, 3, 4)]] int FormatInto(char* buffer, size_t size, const char* format, ...);
@@ -14,14 +14,14 @@ namespace tether {
 /// A number with `decimals` digits after the point.
 std::string Fixed(double value, int decimals);
 
-/// The number that the whole of `text` says, in any locale: as std::strtod reads it in the "C" locale, but
-/// for hexadecimal ones. False, and nothing set, if it says none.
+/// Parses the whole of `text` as a number, in any locale: as std::strtod in the "C" locale, without
+/// hexadecimal numbers. False, and nothing set, if it is none.
 bool ParseNumber(std::string_view text, double* number);
 
 /// 'A' to 'Z' become 'a' to 'z', in any locale.
 std::string LowerCase(std::string_view text);
 
-/// While one lives, this thread is in the "C" locale. For libraries that read and write numbers.
+/// While one exists, this thread is in the "C" locale. For libraries that read and write numbers.
 class PlainLocale {
  public:
   PlainLocale();

@@ -85,7 +85,7 @@ void ArmBodies::Place(int object, const MovingPose& X_BO) {
 
 double ArmBodies::LowerBound(const Part& a, const Part& b) {
   const double balls = (a.X_BP.p - b.X_BP.p).norm() - a.radius - b.radius;
-  // Tables and walls are far larger than their distance: a ball about them says little.
+  // The bounding balls of tables and walls are far larger than their distance: they exclude nothing.
   if (const auto* box = std::get_if<geometry::Box>(&b.primitive)) {
     return std::max(balls, BoxToBall(*box, b.X_BP, a.X_BP.p, a.radius));
   }

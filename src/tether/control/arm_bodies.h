@@ -24,11 +24,12 @@ struct Solid {
   bool movable = false;
 };
 
-/// The convex parts of everything that may collide, where they are in the arm's base frame B at this tick.
+/// The convex parts of everything that may collide, with their poses in the arm's base frame B at this tick.
 /// Bodies are numbered: the links' solids as in robot::ArmSolids, the hand, then the objects. Allocates
 /// nothing after construction.
 class ArmBodies {
  public:
+  /// The bodies are those of the model, and `objects` in their order.
   ArmBodies(std::shared_ptr<const robot::Model> model, const std::vector<Solid>& objects);
 
   struct Part {
@@ -51,7 +52,7 @@ class ArmBodies {
   const Part* begin(int body) const { return parts_.data() + at(body).first_part; }
   const Part* end(int body) const { return begin(body) + at(body).num_parts; }
 
-  /// From here on the object moves with the hand; its pose is still given by Place().
+  /// From now on the object moves with the hand; its pose is still set by Place().
   void Hold(int object);
   void Release();
   int held() const { return held_; }  ///< Index of the object in the hand; −1: none.

@@ -1,35 +1,22 @@
 #include "tether/control/constrained_velocity.h"
 
 #include <algorithm>
-#include <array>
-#include <cassert>
 #include <cmath>
-#include <limits>
-
-#include <Eigen/Cholesky>
 
 #include "tether/common/error.h"
-#include "tether/geometry/distance/distance.h"
-#include "tether/qp/hierarchy.h"
+#include "tether/control/constrained_velocity_impl.h"
 
 namespace tether::control {
 namespace {
 
-using Eigen::Vector3d;
 using math::Pose;
 using nlp::Unit;
 
-// Goals and fields have at most so many rows each.
-constexpr int kMaxFunctionRows = 12;
-// What is violated by less is at its limit: a cone is exactly active where it begins. m or rad.
-constexpr double kRounding = 5e-4;
-// Derivatives below this are rounding, m/rad.
-constexpr double kDust = 1e-12;
-// The posture is sought at no more than this for each m/s that the goal asks for, rad/m.
+// The posture's joint speed per speed of the goal is at most this, rad/m.
 constexpr double kPostureShare = 8;
-// Directions in which a goal asks for less than this are free, m²/rad².
+// Directions of joint space that change the goal's functions by less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
-// A row that gives way by less holds, m/s or rad/s.
+// A row violated by less than this counts as held, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
 double Clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
@@ -63,95 +50,6 @@ void VelocityOptions::Validate() const {
   require("posture_speed", posture_speed, true);
   diagnostics.ThrowIfAny();
 }
-
-struct ConstrainedVelocity::Impl {
-  struct Pair {
-    int a, b;  ///< Bodies.
-    int constraint;
-    double distance;
-    Priority priority;
-    bool held;     ///< Only while one of them, an object, is held and the other is not.
-    bool allowed;  ///< They may touch.
-  };
-  struct Field {
-    FieldConstraint spec;
-    Eigen::MatrixXd J;
-    Eigen::VectorXd r;
-  };
-
-  Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
-       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
-       std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
-
-  void AddPairs(const ClearanceConstraint& clearance, int constraint);
-  void AddSelfPairs(int constraint);
-  void SetRoom();
-  bool IsActive(const Pair& pair) const;
-  bool TakeInput(const VelocityInput& input);
-  Pose FramePose(const Frame& frame, bool target, math::Vector6d* V) const;
-  void AddPairRows();
-  void AddFieldRows(Field& field, int constraint);
-  void AddGoal(const Goal& goal);
-  void AddPosture(const Goal& goal);
-  /// Lets what the goal, whose rows alone are in H, leaves free lead joints away from their limits.
-  void AddRedundancy();
-  double ExtraViolation(Unit unit) const;
-  void SetBounds();
-  double* NewRow(const Row& row);
-  /// Adds scale · d(n · v)/dq̇ of the point p on a link.
-  void AddAlong(int link, const Vector3d& p, const Vector3d& n, double scale, double* row) const;
-  /// Writes row r of a function's derivative in q: frame F moves with `link`.
-  void Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link, double* row) const;
-  static double Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT, const math::Vector6d& V_BT);
-  /// What the rate of a row's value must not be below: a violated one is left at a bounded speed.
-  double Side(const Row& row) const {
-    return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
-  }
-  /// Takes rounding for nothing: what the arm can't change must not look as if it could.
-  void ClearDust();
-  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
-    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
-  }
-  /// What is violated, beyond its buffer: nothing moves fast until it is left.
-  void FindViolation();
-  void Solve();
-  /// Where no velocity keeps all rows and bounds.
-  void SolveConflict();
-  void Fault();
-
-  std::shared_ptr<const robot::Model> model;
-  VelocityOptions options;
-  Pose X_BW;
-  int n;
-  robot::Kinematics kinematics;
-  ArmBodies bodies;
-  std::vector<std::string> names;
-  std::vector<Pair> pairs;
-  std::vector<Field> fields;
-  size_t fixed_fields = 0;
-  int first_field = 0;  ///< The constraint number of the first field.
-
-  std::vector<Row> rows;
-  std::vector<double> jacobians;  ///< n per row
-  int num_rows = 0;
-  std::vector<int> levels;
-  std::unique_ptr<qp::Problem> problem, conflict_problem;
-  std::unique_ptr<qp::Solver> solver;
-  std::unique_ptr<qp::HierarchySolver> conflict_solver;
-  Eigen::MatrixXd H;
-  Eigen::VectorXd g, lower, upper;
-  Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
-  Eigen::VectorXd qdot;
-  Eigen::MatrixXd free_matrix;
-  Eigen::VectorXd free_velocity;
-  Eigen::LLT<Eigen::MatrixXd> free_factor;
-  Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
-  Eigen::VectorXd goal_r{kMaxFunctionRows};
-  Eigen::VectorXd goal_row;
-  double error_m = 0, error_rad = 0;
-  double most_speed = 0;  ///< That a goal may ask for, m/s or rad/s.
-  VelocityFlags flags;
-};
 
 ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
                                 const std::vector<Solid>& objects,
@@ -233,7 +131,7 @@ bool ConstrainedVelocity::Impl::IsActive(const Pair& pair) const {
   if (pair.allowed) return false;
   const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
   if (pair.held) return pair.a == held;
-  // The hand touches what it holds; the links have to keep away from it as from everything else.
+  // The hand touches what it holds; the links keep their distance from it as from everything else.
   return !(pair.b == held && bodies.link(pair.a) == n);
 }
 
@@ -254,139 +152,10 @@ bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
   return true;
 }
 
-double* ConstrainedVelocity::Impl::NewRow(const Row& row) {
-  const auto index = static_cast<size_t>(num_rows++);
-  rows[index] = row;
-  double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
-  std::fill(jacobian, jacobian + n, 0.0);
-  return jacobian;
-}
-
-void ConstrainedVelocity::Impl::AddAlong(int link, const Vector3d& p, const Vector3d& n_B, double scale,
-                                         double* row) const {
-  for (int i = 0; i < link; ++i) {
-    const Pose& X_BJ = kinematics.X_BL(i + 1);
-    row[i] += scale * X_BJ.R.col(2).dot((p - X_BJ.p).cross(n_B));
-  }
-}
-
-void ConstrainedVelocity::Impl::AddPairRows() {
-  for (const Pair& pair : pairs) {
-    if (!IsActive(pair)) continue;
-    const double near = pair.distance + options.buffer + options.range;
-    const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
-    for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
-      for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
-        if (ArmBodies::LowerBound(*a, *b) > near) continue;
-        const geometry::Distance d = geometry::SignedDistance(a->primitive, a->X_BP, b->primitive, b->X_BP);
-        if (d.distance > near) continue;
-        double drift = 0;
-        if (link_b == 0) {
-          const MovingPose& moving = bodies.pose(pair.b);
-          drift = d.n_W.dot(moving.V.head<3>() + moving.V.tail<3>().cross(d.p_WB - moving.X.p));
-        }
-        double* row = NewRow({pair.constraint, d.distance - pair.distance - options.buffer, drift,
-                              options.buffer, pair.priority, pair.a, pair.b});
-        AddAlong(link_a, d.p_WA, d.n_W, -1, row);
-        AddAlong(link_b, d.p_WB, d.n_W, 1, row);
-      }
-    }
-  }
-}
-
-Pose ConstrainedVelocity::Impl::FramePose(const Frame& frame, bool target, math::Vector6d* V) const {
-  if (V != nullptr) V->setZero();
-  if (frame.object < 0) return (target ? Pose() : kinematics.X_BH()) * frame.X_OF;
-  const MovingPose& object = bodies.pose(bodies.object(frame.object));
-  const Pose X_BF = object.X * frame.X_OF;
-  if (V != nullptr) {
-    V->head<3>() = object.V.head<3>() + object.V.tail<3>().cross(X_BF.p - object.X.p);
-    V->tail<3>() = object.V.tail<3>();
-  }
-  return X_BF;
-}
-
-void ConstrainedVelocity::Impl::Chain(const Eigen::MatrixXd& J, int r, const Pose& X_BF, int link,
-                                      double* row) const {
-  const Vector3d along = X_BF.R * J.block<1, 3>(r, 6).transpose();
-  const Vector3d about = X_BF.R * J.block<1, 3>(r, 9).transpose();
-  for (int i = 0; i < link; ++i) {
-    const Pose& X_BJ = kinematics.X_BL(i + 1);
-    row[i] = X_BJ.R.col(2).dot((X_BF.p - X_BJ.p).cross(along) + about);
-  }
-}
-
-double ConstrainedVelocity::Impl::Drift(const Eigen::MatrixXd& J, int r, const Pose& X_BT,
-                                        const math::Vector6d& V_BT) {
-  return (X_BT.R * J.block<1, 3>(r, 0).transpose()).dot(V_BT.head<3>()) +
-         (X_BT.R * J.block<1, 3>(r, 3).transpose()).dot(V_BT.tail<3>());
-}
-
-void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
-  const FieldConstraint& spec = field.spec;
-  Frame frame = spec.frame;
-  if (frame.object != -1) {
-    if (bodies.held() < 0 || (frame.object != kHeld && frame.object != bodies.held())) return;
-    frame.object = bodies.held();
-  }
-  math::Vector6d V_BT;
-  const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(frame, false, nullptr)};
-  nlp::JacobianRef J(field.J);
-  spec.function->Evaluate(X, field.r, &J);
-  const double buffer =
-      spec.buffer.value_or(spec.function->unit() == Unit::kMetre ? options.buffer : options.angle_buffer);
-  for (int r = 0; r < field.r.size(); ++r) {
-    if (!std::isfinite(field.r[r])) continue;
-    double* row = NewRow(
-        {constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), buffer, spec.priority, -1, -1});
-    Chain(field.J, r, X[1], n, row);
-    for (int i = 0; i < n; ++i) row[i] = -row[i];
-  }
-}
-
-void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
-  math::Vector6d V_BT;
-  const std::array<Pose, 2> X{FramePose(goal.target, true, &V_BT), FramePose(goal.frame, false, nullptr)};
-  for (const constraints::PoseFunctionPtr& function : goal.functions) {
-    const int size = function->size();
-    assert(size <= kMaxFunctionRows);
-    nlp::JacobianRef J(goal_J.topRows(size));
-    function->Evaluate(X, goal_r.head(size), &J);
-    const bool metres = function->unit() == Unit::kMetre;
-    const double norm = goal_r.head(size).norm();
-    double& error = metres ? error_m : error_rad;
-    error = std::max(error, norm);
-    const double wanted = options.gain * norm,
-                 limit = std::min(most_speed, metres ? goal.speed : goal.turn_speed);
-    const double share = options.gain * (wanted > limit ? limit / wanted : 1.0);
-    const double weight = metres ? 1.0 : options.rotation_weight;
-    for (int r = 0; r < size; ++r) {
-      goal_row.setZero();
-      Chain(goal_J, r, X[1], n, goal_row.data());
-      const double residual = share * goal_r[r] + Drift(goal_J, r, X[0], V_BT);
-      H.noalias() += 2 * weight * weight * goal_row * goal_row.transpose();
-      g += 2 * weight * weight * residual * goal_row;
-    }
-  }
-}
-
-void ConstrainedVelocity::Impl::AddPosture(const Goal& goal) {
-  const double furthest = (kinematics.q() - goal.posture).cwiseAbs().maxCoeff();
-  const double wanted = options.gain * furthest;
-  const double limit = std::min(most_speed, goal.turn_speed);
-  const double share = options.gain * (wanted > limit ? limit / wanted : 1.0);
-  const double weight = 2 * options.rotation_weight * options.rotation_weight;
-  for (int i = 0; i < n; ++i) {
-    H(i, i) += weight;
-    g[i] += weight * share * (kinematics.q()[i] - goal.posture[i]);
-  }
-  error_rad = std::max(error_rad, furthest);
-}
-
 void ConstrainedVelocity::Impl::AddRedundancy() {
   if (options.posture_gain <= 0 || options.posture_speed <= 0) return;
-  // Where constraints tie it to the goal it must not hold up the last of that: it is as slow as the goal
-  // gets.
+  // Where constraints couple it to the goal it must not delay the end of the goal: it becomes as slow as the
+  // goal.
   const double wanted = options.gain * std::max(error_m, options.rotation_weight * error_rad);
   const double most = std::min({options.posture_speed, kPostureShare * wanted, most_speed});
   for (int i = 0; i < n; ++i) {
@@ -401,18 +170,6 @@ void ConstrainedVelocity::Impl::AddRedundancy() {
   free_factor.compute(free_matrix);
   free_factor.solveInPlace(free_velocity);
   g.noalias() -= 2 * options.damping * kFree * free_velocity;
-}
-
-double ConstrainedVelocity::Impl::ExtraViolation(Unit unit) const {
-  double most = 0;
-  const int first = first_field + static_cast<int>(fixed_fields);
-  for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
-    if (row.constraint < first || row.priority > 0) continue;
-    const Field& field = fields[static_cast<size_t>(row.constraint - first_field)];
-    if (field.spec.function->unit() == unit) most = std::max(most, -(row.value + row.buffer));
-  }
-  return most;
 }
 
 void ConstrainedVelocity::Impl::SetBounds() {
@@ -439,26 +196,6 @@ void ConstrainedVelocity::Impl::Fault() {
   qdot.setZero();
 }
 
-void ConstrainedVelocity::Impl::ClearDust() {
-  const size_t size = static_cast<size_t>(num_rows) * static_cast<size_t>(n);
-  for (size_t i = 0; i < size; ++i) {
-    if (std::abs(jacobians[i]) < kDust) jacobians[i] = 0;
-  }
-}
-
-void ConstrainedVelocity::Impl::FindViolation() {
-  most_speed = std::numeric_limits<double>::infinity();
-  for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
-    if (row.value >= -row.buffer - kRounding) continue;
-    if (row.priority == 0) most_speed = options.escape_speed;
-    if (flags.worst >= 0 && -row.value <= flags.violation) continue;
-    flags.escaping = true;
-    flags.worst = row.constraint;
-    flags.violation = -row.value;
-  }
-}
-
 void ConstrainedVelocity::Impl::Solve() {
   problem->Resize(n, 0, num_rows);
   problem->H() = H;
@@ -479,7 +216,7 @@ void ConstrainedVelocity::Impl::Solve() {
 }
 
 void ConstrainedVelocity::Impl::SolveConflict() {
-  // The bounds on changes become rows, which give way before all others.
+  // The bounds on changes become rows of the lowest priority.
   const int all = num_rows + n;
   conflict_problem->Resize(n, 0, all);
   conflict_problem->H() = H;

@@ -15,7 +15,7 @@
 
 namespace tether::control {
 
-/// How the velocity controller is set. Paper B uses a gain of 100 and a damping of 0.001 at 200 Hz.
+/// Settings of the velocity controller. Paper B uses a gain of 100 and a damping of 0.001 at 200 Hz.
 struct VelocityOptions {
   double gain = 1;               ///< η of eq. (2): errors of the objective decay at this rate, 1/s.
   double damping = 0.001;        ///< λ of eq. (2), on ‖q̇‖² beside m²/s².
@@ -23,16 +23,15 @@ struct VelocityOptions {
   double field_gain = 5;    ///< η of the inequalities: distances shrink no faster than at this rate, 1/s.
   double joint_gain = 5;    ///< k of eq. (13), 1/s.
   double joint_margin = 0;  ///< From the limits towards the middle of the range (ERRATA B2), rad.
-  double buffer = 0.002;    ///< Added to each safe distance, for what the arm's servo lags behind, m …
+  double buffer = 0.002;    ///< Added to each safe distance, for the lag of the arm's servo, m …
   double angle_buffer = 0.005;   ///< … and to each angle, rad.
   double velocity_share = 0.95;  ///< Of the joints' greatest velocities: servos overshoot.
-  double ramp = 0.2;      ///< A joint takes this long from rest to its greatest velocity, s; 0: no bound.
-  double period = 0.005;  ///< Between ticks, s.
+  double ramp = 0.2;             ///< Time from rest to a joint's greatest velocity, s; 0: no bound.
+  double period = 0.005;         ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
-  /// What a goal leaves free brings joints that are outside of this share of their range back to it, at this
-  /// rate, 1/s, and no faster than that, rad/s: an arm that only drifts folds in the end. A gain of 0: it
-  /// drifts.
+  /// In the goal's null space, joints outside of this share of their range return to it, at this rate, 1/s,
+  /// and no faster than this, rad/s: an arm that drifts folds in the end. A gain of 0: it drifts.
   double posture_gain = 0.5;
   double posture_share = 0.75;
   double posture_speed = 0.25;
@@ -42,8 +41,8 @@ struct VelocityOptions {
   void Validate() const;
 };
 
-/// How much a constraint matters: 0 comes right after the joints' limits; what may be relaxed is 1 or more,
-/// and the highest gives way first.
+/// A constraint's priority level: 0 comes right after the joints' limits; constraints that may be relaxed
+/// have 1 or more, and the highest number is relaxed first.
 using Priority = int;
 
 /// Two sets of bodies, as in ArmBodies, that keep a distance. Pairs that the arm cannot move are left out.
@@ -59,7 +58,7 @@ struct ClearanceConstraint {
 /// Frame::object for whatever the hand holds.
 inline constexpr int kHeld = -2;
 
-/// A frame that constraints and objectives speak of: fixed to the hand or to an object.
+/// A frame of a constraint or objective: fixed to the hand or to an object.
 struct Frame {
   int object = -1;  ///< Index, or kHeld; −1: the hand, or the robot's base for targets.
   math::Pose X_OF;  ///< In the object's, hand's or base's frame.
@@ -85,14 +84,14 @@ struct Goal {
   Eigen::VectorXd posture;
 };
 
-/// What an arm and the world look like at a tick.
+/// The state of the arm and the world at a tick.
 struct VelocityInput {
   const Eigen::VectorXd& q;             ///< n, rad
   double opening = 0;                   ///< Of the gripper, m.
   std::span<const MovingPose> objects;  ///< In the world, in the order they were given.
 };
 
-/// What the last tick had to do besides following its goal.
+/// What happened in the last tick besides following the goal.
 struct VelocityFlags {
   bool fault = false;     ///< The input was not finite or the problem has no solution: the arm stops.
   bool relaxed = false;   ///< Rows conflicted; the largest violation was minimised.
@@ -105,12 +104,12 @@ struct VelocityFlags {
 ///
 ///   min ‖J q̇ + J_T V_T + η e‖² + λ ‖q̇‖²  subject to  ḋ ≥ −η_d (d − d_safe)  for each constraint,
 ///
-/// where λ ‖q̇ − N q̇_p‖² takes the place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their
-/// limits, N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal
-/// nothing; with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and
-/// position limits (ERRATA B2), which always hold. Where the rows conflict, the most important give way
-/// least: priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than `ramp`
-/// allows, unless a row needs it: a servo that is asked for jumps overshoots.
+/// with λ ‖q̇ − N q̇_p‖² in place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their limits,
+/// N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal nothing;
+/// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
+/// limits (ERRATA B2), which always hold. Where the rows conflict, the largest violation is minimised level
+/// by level: priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than
+/// `ramp` allows, unless a row needs it: a servo that is asked for jumps overshoots.
 ///
 /// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is
 /// exact. Compute() allocates nothing, and is deterministic.
@@ -158,6 +157,7 @@ class ConstrainedVelocity {
     Priority priority = 0;
     int a = -1, b = -1;  ///< The bodies, of a clearance.
   };
+  /// Row `index` of the last tick, below num_rows().
   const Row& row(int index) const;
   /// The derivative of a row's value in q.
   Eigen::RowVectorXd row_jacobian(int index) const;

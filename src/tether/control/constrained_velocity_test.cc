@@ -297,7 +297,7 @@ TEST_P(ConstrainedVelocityTest, WhatStartsInAForbiddenZoneLeavesItAtABoundedSpee
   EXPECT_FALSE(controller.flags().escaping);
 }
 
-TEST_P(ConstrainedVelocityTest, WhereRowsConflictTheLessImportantGivesWay) {
+TEST_P(ConstrainedVelocityTest, WhereRowsConflictTheLowerPriorityIsRelaxed) {
   for (const bool upper_matters : {true, false}) {
     Bench bench(GetParam());
     VectorXd q = bench.model->home();

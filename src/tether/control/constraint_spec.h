@@ -11,7 +11,7 @@
 
 namespace tether::control {
 
-/// A constraint of the velocity controller as a file says it, with its names checked but not yet looked up.
+/// A constraint of the velocity controller as read from a file, with its names checked but not yet looked up.
 /// Which fields count depends on `kind`.
 struct ConstraintSpec {
   std::string kind;  ///< One of ConstraintSpecKinds().
@@ -36,7 +36,7 @@ struct ConstraintNames {
   std::vector<std::string> frames;   ///< All frames; of a robot `r` also "r/base".
 };
 
-/// Where a constraint stands: in a scenario, or with a verb that goes to a region.
+/// Where a constraint is written: in a scenario, or with a verb that goes to a region.
 enum class ConstraintPlace { kScenario, kRegionVerb };
 
 /// clearance, joint_limits, outside and tilt; with a verb also cone and upright.

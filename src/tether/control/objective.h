@@ -9,8 +9,8 @@
 
 namespace tether::control {
 
-/// What a frame F on the hand, or on what it holds, is to do relative to a frame T. Paper B, section 2.2:
-/// the fewer degrees of freedom an objective takes, the more are left for constraints.
+/// What a frame F on the hand, or on what it holds, is to do relative to a frame T. Paper B, section 2.2: the
+/// fewer degrees of freedom an objective uses, the more are left for constraints.
 enum class Objective {
   kPose,         ///< 6: F at its pose in T.
   kOrientation,  ///< 3: F's axes as in its pose.
@@ -26,7 +26,7 @@ std::optional<Objective> FindObjective(const std::string& name);
 std::string ToString(Objective objective);
 
 /// The functions of frames (T, F), m and rad, that are zero where the objective is reached with F at X_TF.
-/// Lines and planes have a second root with F upside down: start on the right side.
+/// Lines and planes have a second root with F upside down: the nearer one is reached.
 std::vector<constraints::PoseFunctionPtr> MakeObjective(Objective objective, const math::Pose& X_TF);
 
 }  // namespace tether::control

@@ -168,7 +168,7 @@ const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& s
   return w.torque;
 }
 
-// Carries the last known gravity and, where velocities are known, brakes.
+// Compensates the last known gravity and, where velocities are known, brakes.
 const Eigen::VectorXd& OperationalSpaceController::Workspace::Fault(const robot::State& state) {
   flags.fault = true;
   if (state.bias().allFinite()) bias = state.bias();
@@ -212,7 +212,7 @@ void OperationalSpaceController::Workspace::ComputeLambda(const robot::State& st
 }
 
 void OperationalSpaceController::Workspace::ComputePosture(const robot::State& state) {
-  // `brake` is free to hold the joint accelerations here.
+  // `brake` is unused here and holds the joint accelerations.
   Eigen::VectorXd& acceleration = brake;
   acceleration = gains.posture * (posture - state.q()) - gains.posture_damping * state.v();
   for (int i = 0; i < acceleration.size(); ++i) {
@@ -241,7 +241,7 @@ void OperationalSpaceController::Workspace::ComputeBrakes(const robot::State& st
   brake.setZero();
   if (!flags.joint_limit) return;
   brake.noalias() = kBrakeRate * (state.M() * excess);
-  // What the task asks for towards the limit is taken away.
+  // The task's acceleration towards the limit is removed.
   for (int i = 0; i < brake.size(); ++i) {
     if (task[i] * excess[i] < 0) brake[i] -= task[i];
   }

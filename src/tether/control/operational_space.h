@@ -65,8 +65,8 @@ struct ControlFlags {
 ///
 /// The orientation part of e is a rotation vector. Directions in which the arm can hardly accelerate (near a
 /// singularity) get a damped inverse. The posture task also pushes joints away from their limits; joints are
-/// braked before position and velocity limits whatever the task wants; torques are kept within the model's
-/// limits, by scaling all but gravity. Allocates nothing after construction.
+/// braked before position and velocity limits whatever the task's acceleration; torques are kept within the
+/// model's limits, by scaling all but gravity. Allocates nothing after construction.
 class OperationalSpaceController {
  public:
   /// `posture`: n joint positions that the null space is drawn to, rad. Throws InputError for gains that are

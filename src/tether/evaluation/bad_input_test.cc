@@ -1,4 +1,4 @@
-// Finds about scenarios and files that crashed a command, or that it did not come to an end with.
+// Finds about scenarios and files with which a command crashed or did not end.
 
 #include <algorithm>
 #include <filesystem>
@@ -9,8 +9,8 @@
 #include "testing/common/scratch_folder.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/common/file.h"
+#include "tether/common/output/record_file.h"
 #include "tether/common/random.h"
-#include "tether/common/record_file.h"
 #include "tether/evaluation/check.h"
 #include "tether/evaluation/run_log.h"
 #include "tether/geometry/box_tree.h"
@@ -136,7 +136,7 @@ TEST_F(BadInputTest, HugeCylinderEndlessDistance) {
 }
 
 TEST_F(BadInputTest, CheckQuadraticObjects) {
-  // The tree finds what a look at all pairs finds.
+  // The tree finds the same pairs as a comparison of all.
   Random random(5);
   std::vector<geometry::Aabb> boxes;
   for (int i = 0; i < 300; ++i) {

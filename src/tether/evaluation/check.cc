@@ -84,7 +84,7 @@ class FileChecker {
   void CheckScenario(const std::string& file, const std::string& text, FileCheck& check) {
     check.kind = "scenario";
     scenario::Scenario scenario = scenario::LoadScenario(file, {{file, text}});
-    // What only the simulation refuses is a mistake all the same.
+    // What only the simulation refuses is reported too.
     sim::RequireSimulable(scenario.scene, scenario.models, scene::InitialPoses(scenario.scene));
     check.problems = CheckGeometry(scenario);
     check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
@@ -165,7 +165,7 @@ class FileChecker {
                           Fixed(1e3 * result.max_violation_rad, 3) + " mrad");
   }
 
-  /// What only `tether run` refuses is a mistake all the same.
+  /// What only `tether run` refuses is reported too.
   static void RequireRunnablePlan(const scenario::Scenario& scenario, const planning::Plan& plan,
                                   const std::string& file) {
     if (scenario.problem == nullptr) return;
@@ -181,7 +181,7 @@ class FileChecker {
     }
   }
 
-  /// What the last of these verbs that is the gripper's leaves in the hand: a name, or empty; none: as
+  /// What is in the hand after these verbs, by the last gripper verb: a name, or empty; none: the same as
   /// before.
   static void Follow(const std::vector<planning::Verb>& verbs, std::optional<std::string>& held) {
     for (const planning::Verb& verb : verbs) {
@@ -189,7 +189,8 @@ class FileChecker {
     }
   }
 
-  /// After each action the hand must hold what the action's library says: a plan is run by its own verbs.
+  /// After each action the hand must hold what the action's schema says: a plan is run by the verbs in its
+  /// file.
   static void CheckGrasps(const scenario::Scenario& scenario, const planning::Plan& plan, FileCheck& check) {
     if (scenario.execution.controller == "constrained_velocity") return;  // which reads none of them
     const auto name = [](const std::optional<std::string>& held) -> std::string {

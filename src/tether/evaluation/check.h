@@ -8,15 +8,15 @@
 
 namespace tether::evaluation {
 
-/// What a check found out about one file.
+/// The result of checking one file.
 struct FileCheck {
   std::string file;
   std::string kind;  ///< "scenario", "action library", "events", "plan"; empty if it was not recognised.
   std::vector<std::string> problems;  ///< Where geometry disagrees, or what a plan violates.
-  std::vector<std::string> notes;     ///< What is fine and worth knowing.
+  std::vector<std::string> notes;     ///< Facts for the user that are no problems.
 };
 
-/// Where the scene's geometry disagrees with itself and with the PDDL initial state: solids that overlap by
+/// Contradictions in the scene's geometry and between it and the PDDL initial state: solids that overlap by
 /// more than 1 mm, movable objects that hang in the air, facts on(a, b) without contact, and contacts without
 /// such a fact.
 std::vector<std::string> CheckGeometry(const scenario::Scenario& scenario);

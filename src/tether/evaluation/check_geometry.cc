@@ -14,11 +14,11 @@ namespace tether::evaluation {
 namespace {
 
 constexpr double kTolerance = 1e-3;
-constexpr double kTouch = 2e-3;  // As far as FindSupport() looks.
+constexpr double kTouch = 2e-3;  // The tolerance of FindSupport().
 
 std::string Millimetres(double metres) { return Fixed(1e3 * metres, 1) + " mm"; }
 
-/// Finds where the geometry of a scene disagrees with itself.
+/// Finds contradictions in the geometry of a scene.
 class GeometryCheck {
  public:
   explicit GeometryCheck(const scenario::Scenario& scenario)
@@ -72,7 +72,7 @@ class GeometryCheck {
     return box;
   }
 
-  /// What the ray from an object's centre of mass downwards passes through.
+  /// Bounds of the ray from an object's centre of mass downwards.
   geometry::Aabb Below(size_t i) const {
     const scene::Object& object = scene_.objects[i];
     const Eigen::Vector3d centre = poses_.at(object.name) * geometry::CentreOfMass(object.shape);

@@ -97,7 +97,7 @@ TEST_F(PlanCheckTest, WhatRunRefusesIsAMistake) {
     auto* gripper = std::get_if<planning::GripperVerb>(&verb);
     if (gripper != nullptr && !gripper->close_on.empty()) gripper->close_on = "bleu";
   }
-  EXPECT_THAT(error(), HasSubstr("the gripper closes on 'bleu', which is no object ('blue'?"));
+  EXPECT_THAT(error(), HasSubstr("the gripper closes on 'bleu', which is not an object ('blue'?"));
   EXPECT_THAT(error(), HasSubstr("plan.json: step 0 (pick(blue))"));
   plan_ = whole;
   plan_.steps[0].execute.clear();  // A step may have none; but then nothing is held.

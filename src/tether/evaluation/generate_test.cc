@@ -173,7 +173,7 @@ TEST_F(FolderTest, NothingIsReplacedUnasked) {
   EXPECT_NE(ReadFile((folder_ / "scenario.yaml").string()), before);
 }
 
-/// What stands on each block of the tower that a plan leaves behind has its centre of mass over that block.
+/// After the plan, for each block of the tower, the centre of mass of what stands on it is over that block.
 void ExpectBalanced(const scenario::Scenario& scenario, const planning::Plan& plan) {
   planning::FrameTree tree(scenario.scene, {});
   std::vector<math::Pose> poses;
@@ -212,7 +212,8 @@ TEST(GenerateTest, TowersAreBalancedOnEveryLevel) {
   }
 }
 
-/// A scene in which most ways of each candidate fail, and candidates that begin alike fail alike.
+/// A scene in which most mode assignments of each candidate fail, and candidates with a common prefix fail
+/// alike.
 planning::PlanReport PlanHardScene(const scenario::PlanningOverrides& overrides) {
   const scenario::Scenario scenario = scenario::LoadGenerated(scenario::Generate("reach", {}, 111));
   return planning::PlanTask(scenario::MakeProblem(scenario, scenario.scene, overrides),

@@ -39,7 +39,7 @@ class Evaluator {
         return !Evaluate(formula.children[0]) || Evaluate(formula.children[1]);
       case Kind::kAnd:
       case Kind::kOr: {
-        // No short cut: every atom is looked at, so that the judgement can tell them all.
+        // No short cut: every atom is evaluated, so that the judgement lists them all.
         bool all = true, any = false;
         for (const symbolic::Formula& child : formula.children) {
           const bool value = Evaluate(child);
@@ -105,11 +105,11 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
   const Eigen::Vector3d down = -X_WA.R.transpose().col(2);
   if (scene::FindLean(a->shape, down) > kLean) return false;
   if (truth.X_WO_before.empty()) return true;
-  // What moved in the frame of the lower one.
+  // The motion relative to the lower one.
   const math::Pose X_BA = math::Between(X_WB, X_WA),
                    X_BA_before = math::Between(truth.X_WO_before.at(lower), truth.X_WO_before.at(upper));
   const Eigen::Vector3d turned = math::LogSO3(X_BA.R * X_BA_before.R.transpose());
-  // What lies on a round side turns as it rolls: by that it may be as fast as by sliding.
+  // An object on a round side turns as it rolls: its turning may be as fast as rolling at the allowed speed.
   const double height = geometry::Support(a->shape, down) - down.dot(geometry::CentreOfMass(a->shape));
   const double turn = std::max(kRestTurn, kRestSpeed / std::max(height, kContact));
   return (X_BA.p - X_BA_before.p).norm() <= kRestSpeed * kRestWindow && turned.norm() <= turn * kRestWindow;
@@ -182,7 +182,7 @@ bool HasNext(const ltl::Formula& formula) {
   });
 }
 
-/// The conjunction of those conjuncts that have an X, or of the others.
+/// The conjunction of the conjuncts with an X, or of those without.
 ltl::Formula Conjuncts(const ltl::Formula& formula, bool with_next) {
   std::vector<ltl::Formula> all, chosen;
   const ltl::Formula::Node& root = formula.node(formula.root());

@@ -29,14 +29,13 @@ struct GoalFact {
   bool holds = false;
   bool geometric =
       false;  ///< Judged from poses and contacts; else the symbolic value after the executed actions.
-  /// It held in the course of the run and, by the effects of the actions, still should; but it doesn't.
+  /// It held during the run and, by the effects of the actions, should still hold, but does not.
   bool lapsed = false;
 };
 
 struct Judgement {
   bool goal_reached = false;
-  std::vector<GoalFact>
-      facts;  ///< Every ground atom that the goal's evaluation looked at, in the order of looking.
+  std::vector<GoalFact> facts;  ///< Every ground atom that the goal's evaluation read, in order.
 };
 
 /// Whether `object` is grasped by a robot: pressed by its hand, with the grasp point in it or at most 1 cm
@@ -52,8 +51,8 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
 bool IsIn(const scene::Scene& scene, const Truth& truth, const std::string& object, const std::string& area);
 
 /// Judges the problem's goal. The predicates `on` (of two objects), `in` (of an object and a region or group)
-/// and `inhand` (of an object) are taken from geometry; all others keep the symbolic value that they have
-/// after the plan's first `actions_done` actions, applied to the initial state.
+/// and `inhand` (of an object) are judged by geometry; all others have the symbolic value after the plan's
+/// first `actions_done` actions, applied to the initial state.
 Judgement JudgeGoal(const scene::Scene& scene, const Truth& truth, const symbolic::Task& task,
                     const std::vector<std::string>& actions, int actions_done);
 
@@ -66,18 +65,18 @@ class TemporalJudge {
   /// The first two must outlive the judge. Throws InputError if the goal names what does not exist.
   TemporalJudge(const scene::Scene& scene, const symbolic::Task& task, const task::TemporalGoal& goal);
 
-  /// How things are at the start, or after the next of the plan's `actions`.
+  /// Reads the letter at the start, or after the next of the plan's `actions`.
   void Observe(const Truth& truth, const std::vector<std::string>& actions);
-  /// How things are in between. `running`: the action that runs, or empty.
+  /// Reads a sample in between. `running`: the action that runs, or empty.
   void Sample(const Truth& truth, const std::string& running);
-  /// Whether samples make a difference still.
+  /// Whether further samples can change the result.
   bool NeedsSamples() const { return !sampled_.automaton.IsSettled(sampled_.state); }
   /// Whether the goal is true of what was observed so far. The facts are all atoms of the goal as they are
   /// in `truth`, in the order of the formula; those that held before and still should are marked.
   Judgement Judge(const Truth& truth) const;
 
  private:
-  /// Some of the conjuncts, and how far they have read.
+  /// Some of the conjuncts, as an automaton with its present state.
   struct Part {
     Part(const ltl::Formula& formula, const symbolic::Task& task, const task::TemporalGoal& goal);
     std::vector<int> propositions;

@@ -13,8 +13,8 @@ using math::Pose;
 
 const geometry::Shape kBlock = geometry::Primitive(geometry::Box{{0.045, 0.045, 0.045}});
 
-/// Puts `b` onto `a` while `a` slides by `way` at one speed within `seconds`.
-RunResult PlaceOnAMovingBlock(const Vector3d& way, double seconds, std::string* story) {
+/// Puts `b` onto `a` while `a` slides by `displacement` at one speed within `seconds`.
+RunResult PlaceOnAMovingBlock(const Vector3d& displacement, double seconds, std::string* story) {
   scene::Scene scene = TableScene();
   scene.objects.push_back(MakeObject("a", kBlock, Pose(Vector3d(0.5, 0.1, 0.0225))));
   scene.objects.push_back(MakeObject("b", kBlock, Pose(Vector3d(0.5, 0.3, 0.0225))));
@@ -26,7 +26,7 @@ RunResult PlaceOnAMovingBlock(const Vector3d& way, double seconds, std::string* 
     const Pose X_WA = world.Truth().X_WO.at("a");
     if (executive.step() >= 1 && !moved) {
       moved = true;
-      world.MoveObject("a", Pose(X_WA.R, X_WA.p + way), seconds, true);
+      world.MoveObject("a", Pose(X_WA.R, X_WA.p + displacement), seconds, true);
     }
     if (!moved || world.time() < next) return;
     next = world.time() + 0.1;
@@ -40,9 +40,9 @@ RunResult PlaceOnAMovingBlock(const Vector3d& way, double seconds, std::string* 
 
 // retreat_stays_in_the_world_frame: the fingers retreated in the world's frame and dragged `b` along.
 TEST(MovingTargetSim, TheRetreatGoesAlongWithWhatWasTouched) {
-  for (const Vector3d& way : {Vector3d(0, -0.3, 0), Vector3d(0.06, -0.2, 0), Vector3d(0.1, 0, 0)}) {
+  for (const Vector3d& displacement : {Vector3d(0, -0.3, 0), Vector3d(0.06, -0.2, 0), Vector3d(0.1, 0, 0)}) {
     std::string story;
-    const RunResult run = PlaceOnAMovingBlock(way, 6.0, &story);
+    const RunResult run = PlaceOnAMovingBlock(displacement, 6.0, &story);
     ASSERT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
     const Vector3d d = run.truth.X_WO.at("b").p - run.truth.X_WO.at("a").p;
     EXPECT_LT(d.head<2>().norm(), 0.004) << story << run.Log();

@@ -88,7 +88,7 @@ TEST(ExecutiveSim, FollowsATargetThatMovesDuringThePlace) {
   ExpectAt(run, "box", {0.48, -0.28, 0.125}, 0.005);
 }
 
-TEST(ExecutiveSim, StacksAndPassesAboveWhatStandsInTheWay) {
+TEST(ExecutiveSim, StacksAndPassesAboveObstructions) {
   Random random(12);
   scene::Scene scene = OneBox();
   scene.objects.push_back(MakeObject("base", kCube, Pose(Eigen::Vector3d(0.5, -0.15, 0.025))));
@@ -166,7 +166,7 @@ TEST(ExecutiveSim, TriesAgainWhenTheGraspIsMissed) {
   ExpectAt(run, "box", {0.45, -0.2, 0.025}, 0.004);
 }
 
-// The box is lost on its way: execution resumes with picking it up.
+// The box is lost in transfer: execution resumes with picking it up.
 TEST(ExecutiveSim, PicksUpWhatItLost) {
   bool moved = false;
   const auto disturb = [&](sim::World& world, const Executive& executive) {

@@ -15,7 +15,7 @@ void PoseHistory::Add(double time, const std::map<std::string, math::Pose>& X_WO
   if (samples_.size() < 2 || samples_[1].first > time - kRestWindow - kInstant) {
     samples_.emplace_back();
   } else {
-    // The oldest is of no use any more: its place is taken.
+    // The oldest is no longer needed: its memory is used again.
     std::rotate(samples_.begin(), samples_.begin() + 1, samples_.end());
   }
   samples_.back() = {time, X_WO};

@@ -9,14 +9,14 @@
 
 namespace tether::evaluation {
 
-/// Rest is judged from the motion in so long a time, s: a simulated contact trembles from step to step.
+/// The time over which rest is judged, s: a simulated contact trembles from step to step.
 inline constexpr double kRestWindow = 0.1;
 
-/// Where all objects were in the last kRestWindow.
+/// The poses of all objects over the last kRestWindow.
 class PoseHistory {
  public:
-  /// Takes the poses in the world at `time` (s, never less than before); some are skipped, if they come more
-  /// often than is of use.
+  /// Adds the poses in the world at `time` (s, not decreasing); calls that come more often than needed are
+  /// skipped.
   void Add(double time, const std::map<std::string, math::Pose>& X_WO);
   /// The poses kRestWindow before `time`; at the start, the first that there are. None if nothing was added.
   std::map<std::string, math::Pose> Before(double time) const;

@@ -25,7 +25,7 @@ struct PushCase {
   double friction = 0.8;  ///< Of box, hook and table.
   double mass = 0.1;      ///< Of the box, kg
   bool boxes = false;     ///< The hook is made of boxes.
-  double aside = 0;       ///< How far the way leads to the side, m.
+  double aside = 0;       ///< How far the push leads to the side, m.
   uint64_t seed = 1;
 };
 
@@ -80,8 +80,8 @@ TEST(PushSim, EndsWhereTheObjectIsToBe) {
   }
 }
 
-// push_drift_then_blind_retries: the hook was set down on the box, three times the same way. What stands
-// where something is to be put makes it go beside that.
+// push_drift_then_blind_retries: the hook was set down on the box, three times in the same place. An object
+// is put down beside what stands at its place.
 TEST(PushSim, WhatIsPutDownGoesBesideWhatStandsThere) {
   for (const double y : {0.0, 0.12}) {
     scene::Scene scene = TableScene();

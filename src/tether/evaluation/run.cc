@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "tether/common/log.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/margins/torque_margins.h"
 #include "tether/execution/sequencer/executive.h"
@@ -214,7 +214,7 @@ class Run {
         log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
       }
     }
-    // Constraints of verbs come when their verbs do: they were not measured before.
+    // Constraints of verbs begin with their verbs: they were not measured before.
     for (; logged_margins_ < margins.size(); ++logged_margins_) {
       const Margin& margin = margins[logged_margins_];
       const std::vector<double> before(log.times.size(), std::nan(""));
@@ -269,7 +269,7 @@ class Run {
     }
   }
 
-  /// An event that waited for what never came is worth knowing: what was to be tried was not.
+  /// Events that never started are reported: the run did not test what it should.
   void NameMissedEvents() {
     for (size_t i = 0; i < options_.events.size(); ++i) {
       if (done_[i]) continue;
@@ -360,7 +360,7 @@ class Run {
     return truth;
   }
 
-  /// A temporal goal reads how things are at the start, after each action and in between.
+  /// A temporal goal reads the start, each action's end and the samples in between.
   void FeedJudge() {
     if (!temporal_judge_) return;
     const int done = ActionsDone();
@@ -375,6 +375,8 @@ class Run {
 
   void Judge() {
     const Truth truth = MakeTruth();
+    for (const scene::Object& object : scene_.objects)
+      report_.final_X_WO[object.name] = truth.X_WO.at(object.name);
     if (temporal_judge_) {
       report_.judgement = temporal_judge_->Judge(truth);
     } else {
@@ -482,7 +484,15 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
   value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
-  value.Set("snapshots", snapshots);
+  Value poses = Value::Object();
+  for (const auto& [object, X_WO] : report.final_X_WO) {
+    const Eigen::Quaterniond q(X_WO.R);
+    poses.Set(object,
+              Value::Object()
+                  .Set("position", Eigen::VectorXd(X_WO.p))
+                  .Set("quaternion_wxyz", Eigen::VectorXd(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()))));
+  }
+  value.Set("final_poses", poses).Set("snapshots", snapshots);
   return value;
 }
 

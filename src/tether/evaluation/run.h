@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,13 +64,14 @@ struct RunReport {
   /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
   /// from everything that no step intends, torques, torque rates and unintended forces.
   std::vector<Margin> margins;
-  std::vector<std::string> snapshots;  ///< Files written.
-  RunLog log;                          ///< If asked for.
+  std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
+  std::vector<std::string> snapshots;            ///< Files written.
+  RunLog log;                                    ///< If asked for.
 
   bool ok() const { return status == RunStatus::kSuccess; }
 };
 
-/// How the scenario sets the velocity controller.
+/// The scenario's settings of the velocity executive.
 execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario);
 
 /// Executes a plan in the simulation, starting from `scene`, and judges the scenario's goal from the

@@ -6,7 +6,7 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/document/reader.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 
 namespace tether::evaluation {
@@ -77,7 +77,7 @@ class Panel {
            Number(kWidth - kLeft - kRight) + "' height='" + Number(kPanel) +
            "' fill='none' stroke='#888'/>\n";
     const double step = RoundStep(high_ - low_, 5), time_step = RoundStep(end_, 8);
-    // By number: added up, a step that is small beside the values would lead nowhere.
+    // By number: added up, a step that is small beside the values would be lost to rounding.
     const double first = std::ceil(low_ / step);
     for (int i = 0; i <= kMostLines && (first + i) * step <= high_; ++i) {
       const double value = (first + i) * step;
@@ -153,7 +153,7 @@ std::vector<double> ReadNumbers(const Value& list, const std::string& what, Diag
     return numbers;
   }
   for (const Value& item : list.items()) {
-    // What was never measured is as far away as a number can say; nobody wants to see it drawn.
+    // Values that were never measured are huge; they are not drawn.
     const bool drawn = item.kind() == Value::Kind::kNumber && std::abs(item.number()) <= kGreatestNumber;
     if (!item.is_null() && item.kind() != Value::Kind::kNumber) ReadNumber(item, what, diagnostics);
     numbers.push_back(drawn ? item.number() : std::nan(""));
@@ -196,7 +196,7 @@ RunLog ReadRunLog(const Value& document) {
   if (format == nullptr || format->AsText() != kLogFormat) {
     diagnostics.Add(
         format ? format->where() : document.where(),
-        format ? "format is '" + format->AsText() + "'" : "this is no log of a run: it lacks 'format'",
+        format ? "format is '" + format->AsText() + "'" : "this is not a log of a run: it lacks 'format'",
         std::string(kLogFormat) + ", as tether run --log writes it");
     diagnostics.ThrowIfAny();
   }

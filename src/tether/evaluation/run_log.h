@@ -14,12 +14,12 @@ inline constexpr const char* kLogFormat = "tether.log/1";
 struct LogSeries {
   std::string name;
   std::string unit;             ///< "m", "rad" or "rad/s"
-  std::string panel;            ///< Series of one panel are drawn together.
+  std::string panel;            ///< Name of the panel in which it is drawn.
   std::vector<double> values;   ///< One per time; not finite: not measured then.
   double lower = 0, upper = 0;  ///< Limits to draw; both 0: none.
 };
 
-/// What a run measured, tick by tick: `tether run --log`, and what `tether report` draws.
+/// What a run measured, sample by sample: `tether run --log`, and what `tether report` draws.
 struct RunLog {
   std::string scenario;
   uint64_t seed = 0;
@@ -28,12 +28,13 @@ struct RunLog {
   std::vector<std::pair<double, std::string>> marks;  ///< Grasps and releases: time (s), text.
 };
 
+/// The log in format `tether.log/1`.
 Value WriteRunLog(const RunLog& log);
 /// Throws InputError with what is wrong and where.
 RunLog ReadRunLog(const Value& document);
 
 /// The log as a figure: one panel under the other, as in paper B, figures 9–11; dotted lines where something
-/// is grasped or let go.
+/// is grasped or released.
 std::string DrawRunLog(const RunLog& log);
 
 }  // namespace tether::evaluation

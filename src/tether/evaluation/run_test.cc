@@ -99,7 +99,7 @@ TEST(RunTest, WhatIsNotCarriedOutIsNoSuccessThoughTheGoalHolds) {
   EXPECT_TRUE(report.judgement.goal_reached);
 }
 
-// event_never_fires: an event that waited for what never came was silently left out.
+// event_never_fires: an event whose moment never came was silently left out.
 TEST(RunTest, EventsThatNeverHappenAreSaid) {
   Prepared prepared = OneBlock();
   RunOptions options;
@@ -122,6 +122,33 @@ TEST(RunTest, EventsThatNeverHappenAreSaid) {
   ASSERT_EQ(texts.size(), 2u);
   EXPECT_EQ(texts[0], "move denim by (0, -0.03, 0) m over 1 s: 'pick(denim)' never started");
   EXPECT_EQ(texts[1], "move denim by (0, -0.03, 0) m over 1 s: the run ended before 500.00 s");
+}
+
+// A run said what held, not where things are.
+TEST(RunTest, ReportsSayWhereThingsEnd) {
+  const Prepared prepared = OneBlock();
+  const RunReport report =
+      RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {});
+  ASSERT_EQ(report.status, RunStatus::kSuccess) << report.reason;
+  const Value written = WriteRunReport(report, "one block", 1);
+  const Value* poses = written.Find("final_poses");
+  ASSERT_NE(poses, nullptr);
+  ASSERT_EQ(poses->members().size(), prepared.scenario.scene.objects.size());
+  bool moved = false;
+  for (const scene::Object& object : prepared.scenario.scene.objects) {
+    const Value* pose = poses->Find(object.name);
+    ASSERT_NE(pose, nullptr) << object.name;
+    EXPECT_EQ(pose->Find("quaternion_wxyz")->items().size(), 4u);
+    Eigen::Vector3d p;
+    for (size_t i = 0; i < 3; ++i)
+      p[static_cast<Eigen::Index>(i)] = pose->Find("position")->items()[i].number();
+    const double from_start = (p - prepared.scenario.scene.InitialPose(object.name).p).norm();
+    if (!object.movable()) {
+      EXPECT_LT(from_start, 1e-9) << object.name;
+    }
+    moved = moved || from_start > 0.02;
+  }
+  EXPECT_TRUE(moved);
 }
 
 TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
@@ -152,7 +179,7 @@ TEST(RunTest, WhatTheControllerCannotDoIsBadInput) {
                InputError);
 }
 
-TEST(RunTest, TheReportHasThePromisedKeys) {
+TEST(RunTest, TheReportHasTheDocumentedKeys) {
   Prepared prepared = OneBlock();
   prepared.scenario.execution.timeout_s = 0.05;
   const RunReport report =

@@ -7,7 +7,7 @@
 
 namespace tether::geometry {
 
-/// Boxes in a tree, to find those near a place without looking at all.
+/// A tree of boxes, to find those near a place without testing all.
 class BoxTree {
  public:
   BoxTree() = default;

@@ -68,8 +68,8 @@ double Volume(const Primitive& primitive);
 /// The centre of mass of a body of uniform density in its own frame. Of all primitives but a hull, its
 /// origin.
 Eigen::Vector3d CentreOfMass(const Primitive& primitive);
-/// As above. Parts of a compound are weighed by
-/// volume, overlaps counted twice. ERRATA A14: a compound has one centre of mass, not one per part.
+/// As above. Parts of a compound are weighted by volume, overlaps counted twice. ERRATA A14: a compound has
+/// one centre of mass, not one per part.
 Eigen::Vector3d CentreOfMass(const Shape& shape);
 
 }  // namespace tether::geometry

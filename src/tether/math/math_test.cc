@@ -110,8 +110,8 @@ TEST(SE3Test, ProjectionFindsTheNearestRotation) {
 TEST(SE3Test, ProjectionOfAReflectionIsTheNearestRotation) {
   Random random(9);
   for (int i = 0; i < 50; ++i) {
-    // A rotation, stretched, and mirrored along its shortest axis or another: what a matrix of written
-    // digits, or an interpolation through zero, can be.
+    // A rotation, stretched, and mirrored along its shortest axis or another: possible results of written
+    // digits, or of an interpolation through zero.
     const Matrix3d U = RandomPose(random).R, V = RandomPose(random).R;
     Vector3d stretch(random.Uniform(1, 2), random.Uniform(0.5, 1), random.Uniform(0.1, 0.5));
     stretch[i % 3] *= -1;

@@ -3,69 +3,37 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
-
-#include <ompl/base/goals/GoalStates.h>
-#include <ompl/base/spaces/RealVectorStateSpace.h>
-#include <ompl/geometric/PathGeometric.h>
-#include <ompl/geometric/SimpleSetup.h>
-#include <ompl/geometric/planners/rrt/RRTConnect.h>
-#include <ompl/util/Console.h>
-#include <ompl/util/RandomNumbers.h>
+#include <limits>
+#include <utility>
 
 #include "tether/common/random.h"
 
 namespace tether::motion {
 namespace {
 
-namespace ob = ompl::base;
-namespace og = ompl::geometric;
 using Eigen::VectorXd;
-using Space = ob::RealVectorStateSpace;
 
 // Tries at cutting corners off a path that was found.
 constexpr int kShortCuts = 60;
+// A tree grows by at most this towards a sample, rad.
+constexpr double kStep = 0.5;
 
-/// Samples from a generator of our own: OMPL's seeds are global.
-class Sampler : public ob::StateSampler {
- public:
-  Sampler(const ob::StateSpace* space, uint64_t seed) : ob::StateSampler(space), random_(seed) {}
-
-  void sampleUniform(ob::State* state) override {
-    const auto& bounds = static_cast<const Space*>(space_)->getBounds();
-    auto* values = state->as<Space::StateType>()->values;
-    for (size_t i = 0; i < bounds.low.size(); ++i) values[i] = random_.Uniform(bounds.low[i], bounds.high[i]);
-  }
-  void sampleUniformNear(ob::State* state, const ob::State* near, double distance) override {
-    const auto& bounds = static_cast<const Space*>(space_)->getBounds();
-    for (size_t i = 0; i < bounds.low.size(); ++i) {
-      const double middle = near->as<Space::StateType>()->values[i];
-      state->as<Space::StateType>()->values[i] = random_.Uniform(std::max(bounds.low[i], middle - distance),
-                                                                 std::min(bounds.high[i], middle + distance));
-    }
-  }
-  void sampleGaussian(ob::State* state, const ob::State* mean, double deviation) override {
-    sampleUniformNear(state, mean, 2 * deviation);
-  }
-
- private:
-  Random random_;
-};
-
-/// Counts what is asked of `is_free`, and says no when that was enough.
+/// Counts the calls of `is_free`, and answers no once the limit is reached.
 class Checker {
  public:
   explicit Checker(const JointPathProblem& problem) : problem_(problem) {}
 
   bool IsFree(const VectorXd& q) {
+    if (exhausted()) return false;
     ++checks_;
     return problem_.is_free(q);
   }
-  /// The straight way between two configurations, both ends included.
+  /// The straight line between two configurations, without `a`, which is known to be free.
   bool IsFree(const VectorXd& a, const VectorXd& b) {
     const int steps =
         std::max(1, static_cast<int>(std::ceil((b - a).cwiseAbs().maxCoeff() / problem_.resolution)));
-    for (int i = 0; i <= steps; ++i) {
+    // The far end first: it is the likeliest not to be free.
+    for (int i = steps; i > 0; --i) {
       if (!IsFree(a + (b - a) * (static_cast<double>(i) / steps))) return false;
     }
     return true;
@@ -78,11 +46,116 @@ class Checker {
   int checks_ = 0;
 };
 
+/// A tree of configurations, each joined to its parent by a straight line that is free.
+class Tree {
+ public:
+  void AddRoot(const VectorXd& q) { nodes_.push_back({q, -1}); }
+  int Add(const VectorXd& q, int parent) {
+    nodes_.push_back({q, parent});
+    return static_cast<int>(nodes_.size()) - 1;
+  }
+  int Nearest(const VectorXd& q) const {
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < nodes_.size(); ++i) {
+      const double squared = (nodes_[i].q - q).squaredNorm();
+      if (squared >= least) continue;
+      least = squared;
+      nearest = static_cast<int>(i);
+    }
+    return nearest;
+  }
+  const VectorXd& q(int node) const { return nodes_[static_cast<size_t>(node)].q; }
+  /// From a node to its root, both included.
+  std::vector<VectorXd> ToRoot(int node) const {
+    std::vector<VectorXd> path;
+    for (; node >= 0; node = nodes_[static_cast<size_t>(node)].parent) path.push_back(q(node));
+    return path;
+  }
+
+ private:
+  struct Node {
+    VectorXd q;
+    int parent;
+  };
+  std::vector<Node> nodes_;
+};
+
+/// RRT-Connect (Kuffner and LaValle 2000): two trees, of which one grows towards a sample and the other then
+/// towards what was reached, by turns.
+class Search {
+ public:
+  Search(const JointPathProblem& problem, const std::vector<VectorXd>& goals, Checker& checker)
+      : problem_(problem), checker_(checker), random_(problem.seed) {
+    from_start_.AddRoot(problem.start);
+    for (const VectorXd& goal : goals) from_goals_.AddRoot(goal);
+    // The start may lie outside.
+    lower_ = problem.lower.cwiseMin(problem.start);
+    upper_ = problem.upper.cwiseMax(problem.start);
+  }
+
+  /// From the start to a goal; empty if the checker gave up before.
+  std::vector<VectorXd> Run() {
+    bool start_grows = true;
+    // A straight line is tried before any sample.
+    int reached = 0;
+    while (!checker_.exhausted()) {
+      Tree& growing = start_grows ? from_start_ : from_goals_;
+      Tree& other = start_grows ? from_goals_ : from_start_;
+      if (reached >= 0) {
+        const int met = Connect(other, growing.q(reached));
+        if (met >= 0) return start_grows ? Join(reached, met) : Join(met, reached);
+        start_grows = !start_grows;
+      }
+      reached = Extend(start_grows ? from_start_ : from_goals_, Sample());
+      if (reached < 0) start_grows = !start_grows;
+    }
+    return {};
+  }
+
+ private:
+  VectorXd Sample() {
+    VectorXd q(lower_.size());
+    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_.Uniform(lower_[i], upper_[i]);
+    return q;
+  }
+
+  /// Grows the tree by one step towards q; the new node, or −1 if that is not free.
+  int Extend(Tree& tree, const VectorXd& q) { return Extend(tree, tree.Nearest(q), q); }
+  int Extend(Tree& tree, int from, const VectorXd& q) {
+    const VectorXd& near = tree.q(from);
+    const double distance = (q - near).norm();
+    const VectorXd next = distance <= kStep ? q : VectorXd(near + (q - near) * (kStep / distance));
+    return checker_.IsFree(near, next) ? tree.Add(next, from) : -1;
+  }
+
+  /// Grows the tree step by step as far as q; the node there, or −1.
+  int Connect(Tree& tree, const VectorXd& q) {
+    int node = tree.Nearest(q);
+    while (node >= 0 && tree.q(node) != q) node = Extend(tree, node, q);
+    return node;
+  }
+
+  std::vector<VectorXd> Join(int in_start_tree, int in_goal_tree) const {
+    std::vector<VectorXd> path = from_start_.ToRoot(in_start_tree);
+    std::reverse(path.begin(), path.end());
+    const std::vector<VectorXd> rest = from_goals_.ToRoot(in_goal_tree);
+    path.insert(path.end(), rest.begin() + 1, rest.end());
+    return path;
+  }
+
+  const JointPathProblem& problem_;
+  Checker& checker_;
+  Random random_;
+  Tree from_start_, from_goals_;
+  VectorXd lower_, upper_;
+};
+
 void CutCorners(const JointPathProblem& problem, Checker& checker, std::vector<VectorXd>& path) {
   Random random(problem.seed + 1);
   for (int i = 0; i < kShortCuts && path.size() > 2 && !checker.exhausted(); ++i) {
-    auto a = static_cast<size_t>(random.Uniform(0, static_cast<double>(path.size()) - 1e-9));
-    auto b = static_cast<size_t>(random.Uniform(0, static_cast<double>(path.size()) - 1e-9));
+    auto a = static_cast<size_t>(random.Index(static_cast<int>(path.size())));
+    auto b = static_cast<size_t>(random.Index(static_cast<int>(path.size())));
     if (a > b) std::swap(a, b);
     if (b < a + 2 || !checker.IsFree(path[a], path[b])) continue;
     path.erase(path.begin() + static_cast<std::ptrdiff_t>(a) + 1,
@@ -94,7 +167,6 @@ void CutCorners(const JointPathProblem& problem, Checker& checker, std::vector<V
 
 JointPath FindJointPath(const JointPathProblem& problem) {
   assert(!problem.goals.empty() && problem.is_free);
-  const auto n = static_cast<unsigned>(problem.start.size());
   JointPath result;
   Checker checker(problem);
   const auto finish = [&](JointPathStatus status) {
@@ -108,45 +180,8 @@ JointPath FindJointPath(const JointPathProblem& problem) {
     if (checker.IsFree(goal)) goals.push_back(goal);
   }
   if (goals.empty()) return finish(JointPathStatus::kNoFreeGoal);
-
-  ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
-  auto space = std::make_shared<Space>(n);
-  ob::RealVectorBounds bounds(n);
-  double longest = 0;
-  for (unsigned i = 0; i < n; ++i) {
-    bounds.setLow(i, std::min(problem.lower[i], problem.start[i]));
-    bounds.setHigh(i, std::max(problem.upper[i], problem.start[i]));
-    longest += std::pow(bounds.high[i] - bounds.low[i], 2);
-  }
-  space->setBounds(bounds);
-  space->setStateSamplerAllocator(
-      [&problem](const ob::StateSpace* sampled) { return std::make_shared<Sampler>(sampled, problem.seed); });
-  og::SimpleSetup setup(space);
-  const auto to_vector = [n](const ob::State* state) {
-    return VectorXd(Eigen::Map<const VectorXd>(state->as<Space::StateType>()->values, n));
-  };
-  setup.setStateValidityChecker(
-      [&](const ob::State* state) { return !checker.exhausted() && checker.IsFree(to_vector(state)); });
-  setup.getSpaceInformation()->setStateValidityCheckingResolution(problem.resolution / std::sqrt(longest));
-  ob::ScopedState<Space> state(space);
-  const auto fill = [&](const VectorXd& q) {
-    for (unsigned i = 0; i < n; ++i) state[i] = q[i];
-  };
-  fill(problem.start);
-  setup.addStartState(state);
-  auto goal_states = std::make_shared<ob::GoalStates>(setup.getSpaceInformation());
-  for (const VectorXd& goal : goals) {
-    fill(goal);
-    goal_states->addState(state);
-  }
-  setup.setGoal(goal_states);
-  auto planner = std::make_shared<og::RRTConnect>(setup.getSpaceInformation());
-  planner->setRange(0.5);
-  setup.setPlanner(planner);
-  const ob::PlannerStatus solved =
-      setup.solve(ob::PlannerTerminationCondition([&] { return checker.exhausted(); }));
-  if (solved != ob::PlannerStatus::EXACT_SOLUTION) return finish(JointPathStatus::kGaveUp);
-  for (const ob::State* point : setup.getSolutionPath().getStates()) result.q.push_back(to_vector(point));
+  result.q = Search(problem, goals, checker).Run();
+  if (result.q.empty()) return finish(JointPathStatus::kGaveUp);
   CutCorners(problem, checker, result.q);
   return finish(JointPathStatus::kFound);
 }

@@ -8,12 +8,12 @@
 
 namespace tether::motion {
 
-/// A path to be found in joint space.
+/// A path-planning problem in joint space.
 struct JointPathProblem {
   Eigen::VectorXd lower, upper;        ///< n, rad: the space that is searched.
   Eigen::VectorXd start;               ///< n, rad
-  std::vector<Eigen::VectorXd> goals;  ///< n each, rad: any of them will do.
-  /// Whether the arm may stand there. Called for configurations along the path, `resolution` apart.
+  std::vector<Eigen::VectorXd> goals;  ///< n each, rad: the path ends at one of them.
+  /// Whether a configuration is free. Called along the path, `resolution` apart.
   std::function<bool(const Eigen::VectorXd&)> is_free;
   double resolution = 0.03;  ///< rad, the most that a joint moves between two checks.
   int max_checks = 20000;    ///< Gives up after so many calls of `is_free`: the same on every machine.
@@ -33,7 +33,7 @@ struct JointPath {
   int checks = 0;                  ///< Calls of `is_free`.
 };
 
-/// Bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner and LaValle 2000; OMPL's), then short
+/// Bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner and LaValle 2000), then short
 /// cuts. Deterministic: the same problem gives the same path. `goals` must not be empty.
 JointPath FindJointPath(const JointPathProblem& problem);
 

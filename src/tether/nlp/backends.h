@@ -9,11 +9,12 @@
 
 namespace tether::nlp {
 
-/// What the backends share; not for users of the room.
+/// Shared by the backends; not for users of the room.
 
-std::unique_ptr<Solver> MakeIpoptSolver();
-std::unique_ptr<Solver> MakeNloptSolver();
+/// One solver per backend; stateless between solves.
 std::unique_ptr<Solver> MakeNativeSolver();
+/// IPOPT or NLopt, by loading the plugin of that name at the first solve.
+std::unique_ptr<Solver> MakePluginSolver(Backend backend);
 
 /// Adds the seconds of its life to a sum.
 class Stopwatch {
@@ -29,23 +30,25 @@ class Stopwatch {
   Clock::time_point begin_;
 };
 
-/// Watches one solve: its limits, its trace and its verdict. The clock starts when it is made.
+/// Watches one solve: its limits, its trace and its verdict. The clock starts when it is made. Functions are
+/// virtual as those of VectorView.
 class Monitor {
  public:
   /// Both must outlive the monitor.
   Monitor(const Program& program, const Options& options);
+  virtual ~Monitor() = default;
 
   double Seconds() const;
   /// The reason to end now, if there is one: stopped, out of time, or a residual that was not finite. Once
-  /// given it stays.
-  std::optional<Status> ReasonToEnd();
+  /// there is one it stays.
+  virtual std::optional<Status> ReasonToEnd();
   /// Ends the solve because the residual called `name` was not finite.
-  void FailNotFinite(const std::string& name);
+  virtual void FailNotFinite(const std::string& name);
   /// Ends the solve for a limit that the backend keeps itself.
   void End(Status status) { reason_ = status; }
-  /// Adds to the trace, if one is asked for. Iterations count from 0; a repeated number is ignored.
-  void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
-  /// The same for a backend that has the figures at hand.
+  /// Adds to the trace, if there is one. Iterations count from 0; a repeated number is ignored.
+  virtual void Record(int iteration, VectorView& view, const Eigen::VectorXd& x);
+  /// The same for a backend that knows the figures.
   void Record(int iteration, double cost, double violation_m, double violation_rad);
   bool WantsRecord(int iteration) const {
     return options_.trace && (trace_.empty() || iteration > trace_.back().iteration);
@@ -54,7 +57,7 @@ class Monitor {
   int max_iterations() const { return options_.max_iterations; }
   double constraint_tolerance() const { return options_.constraint_tolerance; }
   double cost_tolerance() const { return options_.cost_tolerance; }
-  double SecondsLeft() const;
+  virtual double SecondsLeft() const;
   /// The time spent in residuals, for a Stopwatch to add to.
   double& evaluation_s() { return evaluation_s_; }
 
@@ -71,6 +74,16 @@ class Monitor {
   double evaluation_s_ = 0;
   std::vector<IterationRecord> trace_;
 };
+
+/// What a plugin returns of a solve.
+struct PluginOutcome {
+  Status status = Status::kFailed;
+  std::string message;
+  int iterations = 0;
+  Eigen::VectorXd x;  ///< In the coordinates of the view.
+};
+/// What a plugin exports as "TetherSolve", with C linkage.
+using PluginSolve = void(VectorView& view, Monitor& monitor, const Options& options, PluginOutcome& outcome);
 
 /// The outcome where there is nothing to solve: no variable, or every one fixed by its bounds. Empty
 /// otherwise.

@@ -15,8 +15,8 @@ namespace tether::nlp {
 struct Point {
   std::vector<math::Pose> poses;         ///< By the index that AddPose returned.
   std::vector<Eigen::VectorXd> vectors;  ///< By the index that AddVector returned.
-  /// Poses that are given: residuals may read them, and no solver moves them. They make one program serve for
-  /// many problems that differ only in where things stand.
+  /// Poses that are given: residuals may read them, and no solver moves them. So one program serves for many
+  /// problems that differ only in given poses.
   std::vector<math::Pose> parameters = {};
 };
 
@@ -77,6 +77,7 @@ struct Term {
 /// many threads.
 class Program {
  public:
+  /// A pose block. `name` is for messages.
   BlockRef AddPose(std::string name);
   /// A vector block with bounds, each of the block's size; ±infinity where there is none.
   BlockRef AddVector(std::string name, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper);
@@ -88,6 +89,7 @@ class Program {
   const std::string& name(BlockRef block) const;
   const Eigen::VectorXd& lower(int vector) const { return vectors_[static_cast<size_t>(vector)].lower; }
   const Eigen::VectorXd& upper(int vector) const { return vectors_[static_cast<size_t>(vector)].upper; }
+  /// 6 for a pose, the size of a vector.
   int TangentSize(BlockRef block) const;
   /// Sum of the tangent dimensions of all blocks.
   int num_variables() const;
@@ -107,10 +109,10 @@ class Program {
 };
 
 /// The point moved by `delta`, one coordinate per tangent dimension in the order of Program::Offset(): poses
-/// by the right perturbation X · Exp(δ), vectors by addition. Bounds are not looked at.
+/// by the right perturbation X · Exp(δ), vectors by addition. Bounds are ignored.
 Point Retract(const Point& x, const Eigen::VectorXd& delta);
 
-/// How well a point does, in the program's own units.
+/// Cost and violations at a point, in the program's own units.
 struct Assessment {
   double cost = 0;
   double max_violation_m = 0;
@@ -127,6 +129,7 @@ struct Assessment {
   bool finite = true;      ///< No residual gave NaN or infinity.
   std::string not_finite;  ///< Name of the first residual that did.
 };
+/// Evaluates cost and violations at `x`, which has a value for every block. Independent of any solver.
 Assessment Assess(const Program& program, const Point& x);
 
 /// Compares a residual's Jacobian at `x` with numeric differentiation. Returns the largest absolute

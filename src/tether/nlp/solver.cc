@@ -100,15 +100,7 @@ Result Solver::Solve(const Program& program, const Point& guess, const Options& 
 }
 
 std::unique_ptr<Solver> MakeSolver(Backend backend) {
-  switch (backend) {
-    case Backend::kNative:
-      return MakeNativeSolver();
-    case Backend::kIpopt:
-      return MakeIpoptSolver();
-    case Backend::kNlopt:
-      return MakeNloptSolver();
-  }
-  return nullptr;
+  return backend == Backend::kNative ? MakeNativeSolver() : MakePluginSolver(backend);
 }
 
 Monitor::Monitor(const Program& program, const Options& options)
@@ -158,8 +150,7 @@ Result Monitor::Finish(Point x, Status status, std::string message, int iteratio
     result.message =
         "residual '" + (not_finite_.empty() ? assessment.not_finite : not_finite_) + "' is not finite";
   }
-  // A backend judges its own scaled problem; what it calls solved has to be so in the program's units as
-  // well.
+  // A backend judges its own scaled problem; its "solved" must hold in the program's units as well.
   const double violation = LargestViolation(assessment);
   if (result.status == Status::kSolved && violation > 10 * options_.constraint_tolerance) {
     result.status = Status::kFailed;

@@ -11,10 +11,10 @@ namespace tether::nlp {
 
 struct Options {
   int max_iterations = 1000;
-  double time_limit_s = 60;            ///< Wall clock, for one solve.
-  double constraint_tolerance = 1e-6;  ///< Aim, m and rad; what counts as feasible is the caller's business.
-  double cost_tolerance = 1e-6;        ///< Relative optimality aim.
-  bool trace = false;                  ///< Record every iteration (Paper A, Fig. 5).
+  double time_limit_s = 60;                 ///< Wall clock, for one solve.
+  double constraint_tolerance = 1e-6;       ///< Aim, m and rad; the caller decides what counts as feasible.
+  double cost_tolerance = 1e-6;             ///< Relative optimality aim.
+  bool trace = false;                       ///< Record every iteration (Paper A, Fig. 5).
   const std::atomic<bool>* stop = nullptr;  ///< Ends the solve soon after it becomes true.
   /// Throws InputError naming the field that is out of range.
   void Validate() const;
@@ -40,9 +40,9 @@ struct IterationRecord {
   double time_s;  ///< Since the solve began.
 };
 
-/// What a solve may begin with besides its point: the end of an earlier solve of a like program. A term's
-/// entry belongs to the term of Program::terms() with the same index; where terms came or went, the caller
-/// moves the entries along. An entry that is missing or of another size counts as zero.
+/// The multipliers at the end of an earlier solve of a similar program. A term's entry belongs to the term of
+/// Program::terms() with the same index; where terms came or went, the caller moves the entries along. An
+/// entry that is missing or of another size counts as zero.
 struct WarmStart {
   /// Per term one multiplier y for each row, so that the gradient of the cost + Σ y · row vanishes; ≥ 0 for
   /// inequalities, empty for costs.
@@ -62,7 +62,7 @@ struct Result {
   int iterations = 0;
   int evaluations = 0;  ///< Of the whole program.
   double solve_s = 0;
-  // Parts of solve_s. IPOPT and NLopt tell only the first, the time in their callbacks.
+  // Parts of solve_s. IPOPT and NLopt report only the first, the time in their callbacks.
   double evaluation_s = 0;      ///< In residuals and their derivatives.
   double assembly_s = 0;        ///< Putting the subproblems' matrices together.
   double linear_algebra_s = 0;  ///< Factorising them, solving with them, and the rest of the subproblems.
@@ -70,9 +70,9 @@ struct Result {
   std::vector<IterationRecord> trace;
   /// For another solve from here; empty where the backend does not know multipliers.
   WarmStart warm_start;
-  /// Where the end is not feasible: what is in the way, by index in Program::terms(), those that weigh most
-  /// first. The violated terms; if the native backend ends as kLocallyInfeasible, also those that keep them
-  /// from being met.
+  /// Where the end is not feasible: the conflicting terms, by index in Program::terms(), those with the
+  /// largest weight first. They are the violated terms and, if the native backend ends as kLocallyInfeasible,
+  /// those that prevent them from being satisfied.
   std::vector<int> blocking_terms;
 
   bool ok() const { return status == Status::kSolved; }
@@ -89,9 +89,13 @@ Backend ParseBackend(const std::string& name);
 class Solver {
  public:
   virtual ~Solver() = default;
+  /// Whether it was built: IPOPT and NLopt may be missing.
+  virtual bool available() const { return true; }
+  /// Why it can't take any program, and what to install; empty if it is available.
+  virtual std::string WhyNot() const { return ""; }
   /// Solves from `guess`, which has a value for every block. Never throws for a hard program: the outcome is
-  /// in the result. `warm`, if given, speeds up the native backend where the solution is near; the others do
-  /// without.
+  /// in the result. Throws InputError if the solver is not available. `warm`, if given, speeds up the native
+  /// backend where the solution is near; the others ignore it.
   Result Solve(const Program& program, const Point& guess, const Options& options,
                const WarmStart* warm = nullptr) const;
 
@@ -100,6 +104,7 @@ class Solver {
   virtual Result DoSolve(const Program& program, const Point& guess, const Options& options,
                          const WarmStart& warm) const = 0;
 };
+/// A solver that may not be available.
 std::unique_ptr<Solver> MakeSolver(Backend backend);
 
 }  // namespace tether::nlp

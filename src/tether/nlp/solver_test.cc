@@ -41,7 +41,7 @@ VectorXd Stack(const Program& program, const Point& x, Role role) {
 
 /// How far the gradient of the cost at x is from the cone that the active constraints span, by numeric
 /// differentiation and non-negative least squares through projected gradients: zero at a KKT point. Bounds
-/// are not looked at.
+/// are ignored.
 double KktResidual(const Program& program, const Point& x) {
   const auto jacobian = [&](Role role) {
     return math::NumericJacobian(

@@ -17,11 +17,12 @@ math::Pose ChartPose(const math::Pose& origin, const math::Vector6d& v);
 /// δ = (R(v)ᵀ dv_p, J_r(v_r) dv_r).
 math::Matrix6d ChartJacobian(const math::Pose& origin, const math::Vector6d& v);
 
-/// A program as functions of a plain vector, for backends that want one (docs/architecture.md,
+/// A program as functions of a plain vector, for backends that need that form (docs/architecture.md,
 /// "Conventions"). Poses are charted around the point it is made with; vectors are themselves. Constraint
 /// rows: equalities first, then inequalities, each in the order of the program's terms.
 ///
 /// This is the workspace of one solve: not to be shared between threads. Values are computed once per point.
+/// Functions are virtual for backends that are plugins (common/plugin.h), which link nothing of this room.
 class VectorView {
  public:
   struct Entry {
@@ -31,6 +32,7 @@ class VectorView {
 
   /// `program` must outlive the view. `origin` has a value for every block.
   VectorView(const Program& program, const Point& origin);
+  virtual ~VectorView() = default;
 
   int num_variables() const { return num_variables_; }
   int num_equalities() const { return num_equalities_; }
@@ -42,15 +44,15 @@ class VectorView {
   const Eigen::VectorXd& start() const { return start_; }
   Point PointAt(const Eigen::VectorXd& x) const;
 
-  /// Where the constraint Jacobian's values stand. Fixed, one entry per place.
+  /// The places of the constraint Jacobian's values. Fixed, one entry per place.
   const std::vector<Entry>& jacobian_entries() const { return jacobian_entries_; }
-  /// Where the lower triangle of the Gauss–Newton matrix stands, the whole diagonal included.
+  /// The places of the lower triangle of the Gauss–Newton matrix, the whole diagonal included.
   const std::vector<Entry>& hessian_entries() const { return hessian_entries_; }
 
   /// Computes cost and constraints at x. False if some residual is not finite there; see not_finite().
-  bool EvaluateValues(const Eigen::VectorXd& x);
+  virtual bool EvaluateValues(const Eigen::VectorXd& x);
   /// Also the gradient, the constraint Jacobian and the Gauss–Newton matrix.
-  bool EvaluateDerivatives(const Eigen::VectorXd& x);
+  virtual bool EvaluateDerivatives(const Eigen::VectorXd& x);
 
   /// Of the last point evaluated.
   double cost() const { return cost_; }

@@ -23,14 +23,14 @@ struct Frame {
   double *normals, *sides;   ///< Of the active ones, stride entries each.
   double *u, *norms, *w;     ///< Multipliers; lengths of the columns of R; work.
   double *rows, *violation;  ///< A x; how much each position is violated.
-  double* mask;              ///< −∞ at positions that are not to be looked at, else 0.
+  double* mask;              ///< −∞ at positions that are excluded, else 0.
   int* position;             ///< Of the active ones.
   int* sign;                 ///< +1: lower side, −1: upper.
   int q;                     ///< How many are active; the first `fixed` are equalities.
   int fixed;
   int iterations, max_iterations;
 
-  /// Where it is infeasible: the row that cannot hold beside the active ones, whose weights are −r.
+  /// If infeasible: the row that conflicts with the active ones, whose weights are −r.
   int conflict_position, conflict_sign;
   /// Those to start with, at most n.
   const int *warm_position, *warm_sign;

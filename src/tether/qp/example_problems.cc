@@ -46,7 +46,7 @@ void ControlSequence::Next(double step, Problem& problem) {
       problem.A()(i, j) = 0.5 * Wave(kTask + i, j);
       distance += 0.12 * Wave(kTask + i, (j + 1) % n_) * Wave(kTask + m_, j) / std::sqrt(n_);
     }
-    // A controller keeps its state out of the forbidden zones, or all but.
+    // A controller keeps its state nearly out of the forbidden zones.
     problem.lower()[i] = -kGain * std::max(distance, -0.002);
   }
   problem.x_lower().setConstant(-2);

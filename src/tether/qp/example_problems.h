@@ -10,11 +10,12 @@ namespace tether::qp {
 /// bounds. All rows drift smoothly and come and go as active ones. For benchmarks and tests.
 class ControlSequence {
  public:
+  /// The same arguments give the same sequence.
   ControlSequence(int variables, int rows, uint64_t seed);
 
   /// Writes the next problem, `step` seconds later; `problem` is resized.
   void Next(double step, Problem& problem);
-  /// Jumps to an unrelated state: the next problem has nothing in common with the last.
+  /// Jumps to an unrelated state: the next problem is unrelated to the last.
   void Jump();
 
  private:

@@ -8,7 +8,7 @@
 namespace tether::qp {
 namespace {
 
-/// Rows of a proof with at least this part of the largest weight must give all of the level's violation.
+/// Rows of a proof with at least this part of the largest weight get all of the level's violation.
 constexpr double kFreezeWeight = 1e-7;
 /// A conflict by less than this part of its terms is rounding, of rows that meet at their exact violations.
 constexpr double kRounding = 1e-11;
@@ -53,7 +53,7 @@ Status HierarchySolver::Solve(const Problem& problem, std::span<const int> level
   status_ = solver_.Solve(problem, start);
   iterations_ = solver_.iterations();
   if (status_ != Status::kInfeasible) return status_;
-  // Was the proof one of what must hold, then nothing helps.
+  // If the proof has only rows that must hold, the problem is infeasible.
   int level = INT_MAX;
   bool hard = true;
   for (const RowWeight& row : solver_.conflict()) {
@@ -157,7 +157,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
     }
     if (!(soft > 0)) return status;
     if (gap <= kRounding * terms) {
-      // All of them give a little, those of earlier levels too.
+      // All of them are relaxed a little, those of earlier levels too.
       const double slack = (2 * std::max(gap, 0.0) + 1e-14 * terms) / soft;
       for (const RowWeight& row : proof) {
         if (!IsSoft(row) || is_free(row)) continue;

@@ -8,17 +8,16 @@
 namespace tether::qp {
 
 /// Solves problems whose inequality rows may conflict, by priority. Level 0 rows, bounds and equalities
-/// always hold. Every other row belongs to a level; the smaller its number, the more it matters. Level by
-/// level, the violations v_i ≥ 0 in lower − v ≤ A x ≤ upper + v are made as small as they can be while all
-/// levels before keep theirs: first the largest of the level, then the largest of those that need not be as
-/// large, and so on (the lexicographic min-max), so that rows outside a conflict hold exactly. Among the
-/// points with these violations, x minimises the cost. Scale rows of one level to one unit: their violations
-/// are compared.
+/// always hold. Every other row belongs to a level; the smaller its number, the higher its priority. Level by
+/// level, the violations v_i ≥ 0 in lower − v ≤ A x ≤ upper + v are minimised while all levels before keep
+/// theirs: first the largest of the level, then the largest of those that can be smaller, and so on (the
+/// lexicographic min-max), so that rows outside a conflict hold exactly. Among the points with these
+/// violations, x minimises the cost. Scale rows of one level to one unit: their violations are compared.
 ///
 /// The minimal violation is exact, not a penalty: if the rows conflict at violation t, Farkas' lemma gives
 /// weights y ≥ 0 that force Σ y_i v_i ≥ gap, thus a larger t ≥ gap / Σ y_i; the t at which no conflict is
-/// left is both possible and necessary. Exact means up to rounding,
-/// 1e-11 of a row's terms at most. Without conflict this costs what Solver costs. Does not allocate.
+/// left is both possible and necessary. Exact means up to rounding, 1e-11 of a row's terms at most. Without
+/// conflict it costs as much as Solver. Does not allocate.
 class HierarchySolver {
  public:
   HierarchySolver(int max_variables, int max_equalities, int max_inequalities,
@@ -30,11 +29,11 @@ class HierarchySolver {
 
   Status status() const { return status_; }
   auto x() const { return solver_.x(); }
-  /// v_i of each inequality row; all zero if nothing had to give.
+  /// v_i of each inequality row; all zero if no row was relaxed.
   std::span<const double> violations() const { return {violations_.data(), violations_.size()}; }
-  /// The rows that had to give.
+  /// The number of rows that were relaxed.
   int num_relaxed() const { return num_relaxed_; }
-  /// Solves of the underlying problem; 1 if nothing had to give.
+  /// Solves of the underlying problem; 1 if no row was relaxed.
   int solves() const { return solves_; }
   /// Iterations of all of these together.
   int iterations() const { return iterations_; }

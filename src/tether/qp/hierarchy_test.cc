@@ -110,7 +110,7 @@ TEST(HierarchyTest, TwoWallsTooCloseShareTheViolation) {
   EXPECT_NEAR(hierarchy.violations()[1], 0.5, 1e-12);
   EXPECT_EQ(hierarchy.violations()[2], 0);
   EXPECT_EQ(hierarchy.num_relaxed(), 2);
-  // The larger level gives first, and a row that must hold does not give at all.
+  // The larger level is relaxed first, and a row that must hold is not relaxed at all.
   ASSERT_EQ(hierarchy.Solve(problem, std::vector<int>{1, 2, 1}), Status::kSolved);
   EXPECT_NEAR(hierarchy.x()[0], 1, 1e-12);
   ASSERT_EQ(hierarchy.Solve(problem, std::vector<int>{3, 2, 1}), Status::kSolved);
@@ -122,7 +122,7 @@ TEST(HierarchyTest, TwoWallsTooCloseShareTheViolation) {
   EXPECT_GT(CheckFarkas(problem, hierarchy.solver().conflict()).gap, 0);
 }
 
-TEST(HierarchyTest, RowsThatHardlyDependOnAnythingGiveWay) {
+TEST(HierarchyTest, RowsThatHardlyDependOnAnythingAreRelaxed) {
   // As of a link that turns about its own axis, with rounding for its derivative.
   for (const double dust : {0.0, 5e-18, -3e-17, 1e-14}) {
     Problem problem(3, 0, 3);
@@ -185,7 +185,7 @@ TEST(HierarchyTest, BoundsAlwaysHold) {
 }
 
 TEST(HierarchyTest, OnlyWhatMustGiveGives) {
-  // Smaller violations of a level can't be had even if every later level is dropped.
+  // Smaller violations of a level are impossible even if every later level is dropped.
   Random random(4);
   HierarchySolver hierarchy(5, 0, 20);
   for (int trial = 0; trial < 50; ++trial) {

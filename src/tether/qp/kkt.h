@@ -14,8 +14,8 @@ struct KktResidual {
   double stationarity = 0;
   /// Largest violation of a row a over |a|ᵀc + |side|.
   double primal = 0;
-  /// Largest distance of a row with a multiplier from the side that it presses on, over |a|ᵀc + |side|;
-  /// infinite where that side is.
+  /// Largest distance of a row with a multiplier from its active side, over |a|ᵀc + |side|; infinite where
+  /// that side is.
   double complementarity = 0;
   double largest() const;
 };
@@ -24,7 +24,7 @@ struct KktResidual {
 KktResidual ComputeKktResidual(const Problem& problem, const Eigen::VectorXd& x,
                                const RowWeights& multipliers);
 
-/// The proof of infeasibility read as Farkas' lemma.
+/// The residuals of a proof of infeasibility by Farkas' lemma.
 struct FarkasCheck {
   double residual = 0;  ///< ‖Eᵀ y_E + Aᵀ y_A + y_x‖∞
   double gap = 0;       ///< Σ y lower (y > 0) + Σ y upper (y < 0); positive in a proof
@@ -32,6 +32,7 @@ struct FarkasCheck {
   double radius() const;
 };
 
+/// `weights` is Solver::conflict(). May allocate.
 FarkasCheck CheckFarkas(const Problem& problem, const RowWeights& weights);
 
 }  // namespace tether::qp

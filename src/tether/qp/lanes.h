@@ -1,9 +1,8 @@
 #pragma once
 
-// Vectors of 8·K numbers for the kernels of the active-set method, cut into what the instruction set takes at
-// once. Every operation acts lane by lane and every sum has one fixed order, so all instruction sets give the
-// same bits. Each kernel compiles its own copy: TETHER_QP_KERNEL names its namespace, TETHER_QP_LANES its
-// width.
+// Vectors of 8·K numbers for the kernels of the active-set method, cut into vectors of the instruction set.
+// Every operation acts lane by lane and every sum has one fixed order, so all instruction sets give the same
+// bits. Each kernel compiles its own copy: TETHER_QP_KERNEL names its namespace, TETHER_QP_LANES its width.
 #ifndef TETHER_QP_KERNEL
 #define TETHER_QP_KERNEL baseline
 #define TETHER_QP_LANES 2

@@ -11,16 +11,16 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The most variables a problem can have.
 inline constexpr int kMaxVariables = 24;
 
-/// Eight numbers on one cache line: what a kernel takes at once.
+/// Eight numbers on one cache line: a kernel's unit of work.
 struct alignas(64) CacheLine {
   double entries[8];
 };
 
 /// A dense, strictly convex quadratic program,
 ///   minimise over x in ℝⁿ: ½ xᵀHx + gᵀx  subject to  E x = e,  lower ≤ A x ≤ upper,  x_lower ≤ x ≤ x_upper.
-/// Sides may be infinite. Rows are two-sided because both sides share the one product A x, which is what a
-/// row costs; A lies column by column, so that this product needs no sums across lanes. Bounds cost no
-/// product at all: prefer them to rows of A.
+/// Sides may be infinite. Rows are two-sided because both sides share the product A x, which is the cost of a
+/// row; A is stored by columns, so that this product needs no sums across lanes. Bounds cost no product at
+/// all: prefer them to rows of A.
 ///
 /// A view writes in place; nothing allocates after construction.
 class Problem {
@@ -38,7 +38,7 @@ class Problem {
   /// Room for the given sizes, all in use at first. 1 ≤ max_variables ≤ kMaxVariables.
   Problem(int max_variables, int max_equalities, int max_inequalities);
 
-  /// Takes other sizes, at most the maximal ones, and clears: zeros, and all sides infinite.
+  /// Sets other sizes, at most the maximal ones, and clears: zeros, and all sides infinite.
   void Resize(int variables, int equalities, int inequalities);
 
   int num_variables() const { return n_; }

@@ -8,7 +8,7 @@
 #include "tether/qp/kkt.h"
 #include "tether/qp/solver.h"
 
-/// What rounding may do to a solution, and what it may not.
+/// The effects of rounding that are allowed on a solution, and those that are not.
 namespace tether::qp {
 namespace {
 
@@ -72,8 +72,7 @@ TEST(RoundingTest, RowsThatAreNearlyOppositeStillMeet) {
 }
 
 TEST(RoundingTest, RowsThatAreOppositeButForRoundingDoNotMoveTheSolutionFar) {
-  // They meet where rounding says: as far away as it likes. What is violated by that much counts as
-  // satisfied.
+  // Rounding decides where they meet, arbitrarily far away. Violations of that size count as satisfied.
   for (const double angle : {1e-14, 5e-14, 1e-13}) {
     for (const bool as_rows : {false, true}) {
       const Problem problem = Wedge(angle, as_rows);

@@ -15,8 +15,8 @@ enum class RowKind { kEquality, kInequality, kBound };
 
 std::string ToString(RowKind kind);
 
-/// One constraint with its weight: positive where the lower side presses, negative where the upper does, of
-/// either sign for an equality.
+/// One constraint with its weight: positive where the lower side is active, negative where the upper one is,
+/// of either sign for an equality.
 struct RowWeight {
   RowKind kind = RowKind::kInequality;
   int index = 0;  ///< Of the row of E or A, or of the variable.
@@ -48,7 +48,7 @@ enum class Start {
 enum class Instructions { kBest, kBaseline };
 
 struct SolverOptions {
-  /// Rows taken up, and partial steps, per solve; 0: 50 + 5 (variables + rows).
+  /// Rows added, and partial steps, per solve; 0: 50 + 5 (variables + rows).
   int max_iterations = 0;
   /// Of a HierarchySolver, solves of the underlying problem; 0: as many as it takes.
   int max_solves = 0;
@@ -62,10 +62,12 @@ struct SolverOptions {
 /// (1e-14 of its terms; 4e-13 where it depends on active ones) counts as satisfied.
 class Solver {
  public:
+  /// Room for problems up to these sizes; allocates here only.
   Solver(int max_variables, int max_equalities, int max_inequalities, const SolverOptions& options = {});
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
+  /// `problem` must be within the sizes given at construction.
   Status Solve(const Problem& problem, Start start = Start::kWarm);
   /// The same with other sides of the inequalities; arrays of problem.padded_rows() entries, each aligned to
   /// 64 bytes, unlimited beyond the last row.
@@ -81,7 +83,7 @@ class Solver {
   /// weight is 1. Else empty.
   const RowWeights& conflict() const { return conflict_; }
   int iterations() const { return frame_.iterations; }
-  /// Forgets the active constraints, so that the next solve is a cold one.
+  /// Clears the active constraints, so that the next solve is a cold one.
   void Reset() { active_.Clear(); }
 
  private:

@@ -81,8 +81,7 @@ TEST(SolverTest, TenThousandRandomProblemsAgreeWithAnInteriorPointMethod) {
   EXPECT_GT(compared, solved * 9 / 10);
 }
 
-/// All ways to hold rows at one of their sides, tried one after another: the slowest oracle, exact for small
-/// problems.
+/// An oracle, exact for small problems: tries all active sets one after another.
 Status SolveByEnumeration(const Problem& problem, VectorXd& best) {
   struct Side {
     VectorXd a;

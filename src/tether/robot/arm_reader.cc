@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using math::Pose;
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// In each of so many random configurations a pair overlaps that is never looked at.
+// Pairs that overlap in each of this many random configurations are excluded from checks.
 constexpr int kSamples = 100;
 // Hulls of links need no more corners than this.
 constexpr int kLinkCorners = 40;

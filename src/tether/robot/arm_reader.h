@@ -12,7 +12,7 @@ struct mjModel_;
 
 namespace tether::robot {
 
-/// What is read once from a MuJoCo model for Kinematics; not for users of the room.
+/// The arm as read once from a MuJoCo model; not for users of the room.
 struct ArmDescription {
   Chain chain;
   std::vector<LinkSolid> links;

@@ -8,7 +8,7 @@
 
 namespace tether::robot {
 
-/// What a gripper is told: a finger opening to servo to, or a force to close with.
+/// A gripper's command: a finger opening to servo to, or a force to close with.
 struct GripperCommand {
   enum class Mode { kOpening, kForce };
   Mode mode = Mode::kOpening;
@@ -16,17 +16,16 @@ struct GripperCommand {
   double force = 0;    ///< Closing force at each pad, N; with kForce.
 };
 
-/// What one arm is told for one control period: torques, or velocities that the robot's own servo follows.
+/// An arm's command for one control period: torques, or velocities that the robot's own servo follows.
 struct Command {
   enum class Mode { kTorque, kVelocity };
   Mode mode = Mode::kTorque;
-  Eigen::VectorXd
-      torque;  ///< n, Nm; with kTorque. They exclude nothing: gravity is the controller's business.
-  Eigen::VectorXd velocity;  ///< n, rad/s; with kVelocity. The robot carries its own weight.
+  Eigen::VectorXd torque;    ///< n, Nm; with kTorque. The whole torque: the controller compensates gravity.
+  Eigen::VectorXd velocity;  ///< n, rad/s; with kVelocity. The robot compensates gravity itself.
   GripperCommand gripper;
 };
 
-/// What one arm's own sensors say.
+/// Measurements of one arm's own sensors.
 struct Observation {
   double time = 0;               ///< s
   Eigen::VectorXd q;             ///< n, rad
@@ -42,6 +41,7 @@ using Observations = std::map<std::string, Observation>;  ///< By robot name.
 class Interface {
  public:
   virtual ~Interface() = default;
+  /// The latest measurements of every robot.
   virtual Observations Observe() const = 0;
   /// Holds the commands for one control period of `period` seconds, and returns when it has passed.
   virtual void Apply(const Commands& commands, double period) = 0;

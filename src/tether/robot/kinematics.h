@@ -30,9 +30,9 @@ struct Chain {
 
 struct OuterReach;
 
-/// A ball about the base that a point of the hand never leaves. Consecutive axes are rigidly connected, so a
-/// path that goes from axis to axis along straight lines between points fixed on them keeps the lengths of
-/// its pieces; the points are those that make it shortest.
+/// Computes a ball about the base that a point of the hand never leaves. Consecutive axes are rigidly
+/// connected, so a polyline between points fixed on them keeps the lengths of its pieces in every
+/// configuration; the points are chosen so that it is shortest.
 OuterReach FindOuterReach(const Chain& chain);
 
 /// A rigid body of the arm as a solid, in its link's frame. Fingers and the hand's own body are not among
@@ -43,21 +43,21 @@ struct LinkSolid {
   geometry::Shape shape;
 };
 
-/// What of the arm takes up space, and which of it has to keep apart.
+/// The arm's solids, and the pairs of them that must not collide.
 struct ArmSolids {
   std::vector<LinkSolid> links;  ///< Base to hand.
-  /// Pairs of links, by their indices in `links`, whose distance has to be looked at. Index links.size()
-  /// stands for the hand's solid. Left out: links next to each other, pairs that the MJCF file excludes, and
-  /// those that overlap in each of many random configurations.
+  /// Pairs of links, by their indices in `links`, whose distance has to be checked. Index links.size() is the
+  /// hand's solid. Left out: links next to each other, pairs that the MJCF file excludes, and those that
+  /// overlap in each of many random configurations.
   std::vector<std::pair<int, int>> pairs;
   int hand() const { return static_cast<int>(links.size()); }
 };
 
-/// No arm has more joints.
+/// The most joints of an arm.
 inline constexpr int kMostJoints = 16;
 
-/// Where the links of a chain are in one configuration: a value that allocates nothing. Poses and Jacobians
-/// are in the base frame B.
+/// The poses of a chain's links in one configuration: a value that allocates nothing. Poses and Jacobians are
+/// in the base frame B.
 class LinkPoses {
  public:
   using RowRef = Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>>;
@@ -78,8 +78,8 @@ class LinkPoses {
   void HandBodyJacobian(Eigen::Ref<Eigen::MatrixXd> J) const;
   /// Writes the 3 × n Jacobian of the velocity of a point fixed to a link, given where it is now.
   void PointJacobian(int link, const Eigen::Vector3d& p_BQ, Eigen::Ref<Eigen::MatrixXd> J) const;
-  /// Writes the derivative in q, 1 × n, of n_B · p_BQ for a point fixed to a link: what a distance needs
-  /// whose normal is n_B.
+  /// Writes the derivative in q, 1 × n, of n_B · p_BQ for a point Q fixed to a link: the gradient of a
+  /// distance with normal n_B.
   void AlongNormal(int link, const Eigen::Vector3d& p_BQ, const Eigen::Vector3d& n_B, RowRef row) const;
 
  private:
@@ -89,7 +89,7 @@ class LinkPoses {
 };
 
 /// The same for the arm of a model, set again and again: for optimisers and velocity control, one per thread.
-/// A fraction of a microsecond, where State, which also knows the dynamics, takes several.
+/// Takes a fraction of a microsecond; State, with dynamics, several.
 class Kinematics {
  public:
   /// Set to the model's home.

@@ -258,7 +258,7 @@ TEST_P(KinematicsTest, ASecondSearchForAPostureAllocatesNothing) {
 }
 #endif
 
-// Neither the home nor what is left out of the pairs would make a check of the arm against itself useless.
+// The arm is free of self-collision at home, and not too many pairs are left out.
 TEST_P(KinematicsTest, TheArmAtHomeIsClearOfItself) {
   Kinematics kinematics(model_);
   const ArmSolids& solids = model_->solids();

@@ -242,7 +242,7 @@ int FindInMjcf(const mjModel* model, mjtObj type, int count, const std::string& 
   return -1;
 }
 
-/// What of an MJCF file lies farther than 10 km from where it belongs, or is larger.
+/// The elements of an MJCF file that are farther than 10 km from their parent, or larger.
 void CheckLengths(const mjModel* model, const std::string& path, Diagnostics& diagnostics) {
   const auto check = [&](const mjtNum* numbers, int count, int each, int type, const char* what) {
     for (int i = 0; i < count; ++i) {
@@ -269,52 +269,47 @@ void Model::Impl::DeleteModel::operator()(mjModel_* model) const { mj_deleteMode
 Model::Model(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Model::~Model() = default;
 
-std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
-  PrepareMujoco();
-  const fs::path path = FindDescription(name_or_path);
-  const Value root = ReadYaml(path.string());
-  auto impl = std::make_unique<Impl>();
-  Diagnostics diagnostics;
-
+std::string Model::Impl::ReadDescription(const Value& root, Diagnostics& diagnostics) {
   ObjectReader reader(root, "the robot description", diagnostics);
   if (const Value* format = reader.Required("format", kFormat); format && format->AsText() != kFormat) {
     diagnostics.Add(format->where(), "format is '" + format->AsText() + "'",
                     std::string(kFormat) + " is accepted");
   }
-  impl->name = RequiredText(reader, "name", "a name");
-  const std::string mjcf = RequiredText(reader, "mjcf", "the path of an MJCF file, relative to this one");
-  impl->joints = RequiredNames(reader, "joints");
-  const int n = static_cast<int>(impl->joints.size());
-  impl->max_torque = RequiredVector(reader, "max_torque", n);
-  impl->max_velocity = RequiredVector(reader, "max_velocity", n);
-  impl->max_torque_rate = OptionalVector(reader, "max_torque_rate", kTorqueRate * impl->max_torque);
-  impl->max_acceleration = OptionalVector(reader, "max_acceleration", kAcceleration * impl->max_velocity);
-  impl->max_jerk = OptionalVector(reader, "max_jerk", kJerk * impl->max_acceleration);
-  impl->home = RequiredVector(reader, "home", n);
-  impl->hand_site = RequiredText(reader, "hand", "the name of a site");
+  name = RequiredText(reader, "name", "a name");
+  std::string path = RequiredText(reader, "mjcf", "the path of an MJCF file, relative to this one");
+  joints = RequiredNames(reader, "joints");
+  const int n = static_cast<int>(joints.size());
+  max_torque = RequiredVector(reader, "max_torque", n);
+  max_velocity = RequiredVector(reader, "max_velocity", n);
+  max_torque_rate = OptionalVector(reader, "max_torque_rate", kTorqueRate * max_torque);
+  max_acceleration = OptionalVector(reader, "max_acceleration", kAcceleration * max_velocity);
+  max_jerk = OptionalVector(reader, "max_jerk", kJerk * max_acceleration);
+  home = RequiredVector(reader, "home", n);
+  hand_site = RequiredText(reader, "hand", "the name of a site");
   if (const Value* value = reader.Required("gripper", "a map")) {
-    ReadGripper(*value, impl->gripper, impl->finger_joints, diagnostics);
+    ReadGripper(*value, gripper, finger_joints, diagnostics);
   }
-  if (const Value* value = reader.Required("reach", "a map")) ReadReach(*value, impl->reach, diagnostics);
+  if (const Value* value = reader.Required("reach", "a map")) ReadReach(*value, reach, diagnostics);
   if (const Value* value = reader.Required("solid", "a map")) {
-    ReadSolid(*value, impl->gripper.hinged(), impl->solid, diagnostics);
+    ReadSolid(*value, gripper.hinged(), solid, diagnostics);
   }
-  const Value* planned_range = reader.Optional("planned_range");
+  reader.Optional("planned_range");
   reader.Finish();
-  CheckPositive(root, "max_torque", impl->max_torque, diagnostics);
-  CheckPositive(root, "max_velocity", impl->max_velocity, diagnostics);
-  CheckPositive(root, "max_torque_rate", impl->max_torque_rate, diagnostics);
-  CheckPositive(root, "max_acceleration", impl->max_acceleration, diagnostics);
-  CheckPositive(root, "max_jerk", impl->max_jerk, diagnostics);
+  CheckPositive(root, "max_torque", max_torque, diagnostics);
+  CheckPositive(root, "max_velocity", max_velocity, diagnostics);
+  CheckPositive(root, "max_torque_rate", max_torque_rate, diagnostics);
+  CheckPositive(root, "max_acceleration", max_acceleration, diagnostics);
+  CheckPositive(root, "max_jerk", max_jerk, diagnostics);
   if (n > kMostJoints) {
     diagnostics.Add(root.Find("joints")->where(), "'joints' are " + std::to_string(n),
                     "up to " + std::to_string(kMostJoints) + " joints are accepted");
   }
-  diagnostics.ThrowIfAny();
+  return path;
+}
 
-  impl->mjcf_path = (path.parent_path() / mjcf).string();
+void Model::Impl::LoadMjcf(const Value& root, Diagnostics& diagnostics) {
   try {
-    impl->mjcf = ReadFile(impl->mjcf_path);
+    mjcf = ReadFile(mjcf_path);
   } catch (const InputError& error) {
     diagnostics.Add(root.Find("mjcf")->where(), error.what(),
                     "the path of an MJCF file, relative to this one");
@@ -323,23 +318,24 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
   std::array<char, 1000> message{};
   try {
     const PlainLocale plain;  // MuJoCo reads numbers as the locale says.
-    impl->mujoco.reset(mj_loadXML(impl->mjcf_path.c_str(), nullptr, message.data(), message.size()));
+    mujoco.reset(mj_loadXML(mjcf_path.c_str(), nullptr, message.data(), message.size()));
   } catch (const MujocoError& error) {
-    throw InputError({{{impl->mjcf_path}, error.what(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
+    throw InputError({{{mjcf_path}, error.what(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
   }
-  if (impl->mujoco == nullptr) {
-    throw InputError({{{impl->mjcf_path}, message.data(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
+  if (mujoco == nullptr) {
+    throw InputError({{{mjcf_path}, message.data(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
   }
+}
 
-  const mjModel* model = impl->mujoco.get();
-  CheckLengths(model, impl->mjcf_path, diagnostics);
-  diagnostics.ThrowIfAny();
-  std::vector<int> joint_ids, finger_ids;
-  impl->lower.resize(n);
-  impl->upper.resize(n);
+std::vector<int> Model::Impl::FindJoints(const Value& root, Diagnostics& diagnostics) {
+  const mjModel* model = mujoco.get();
+  const int n = static_cast<int>(joints.size());
+  std::vector<int> joint_ids;
+  lower.resize(n);
+  upper.resize(n);
   for (int i = 0; i < n; ++i) {
     const Location& where = root.Find("joints")->items()[i].where();
-    const std::string& joint = impl->joints[i];
+    const std::string& joint = joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
     if (id < 0) continue;
     if (model->jnt_type[id] != mjJNT_HINGE || !model->jnt_limited[id]) {
@@ -348,27 +344,28 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
       continue;
     }
     joint_ids.push_back(id);
-    impl->qpos_address.push_back(model->jnt_qposadr[id]);
-    impl->dof_address.push_back(model->jnt_dofadr[id]);
-    impl->lower[i] = model->jnt_range[2 * id];
-    impl->upper[i] = model->jnt_range[2 * id + 1];
-    if (impl->home[i] < impl->lower[i] || impl->home[i] > impl->upper[i]) {
-      diagnostics.Add(
-          root.Find("home")->where(), "home has joint '" + joint + "' at " + WriteJson(impl->home[i], 0),
-          "its limits are " + WriteJson(impl->lower[i], 0) + " and " + WriteJson(impl->upper[i], 0));
+    qpos_address.push_back(model->jnt_qposadr[id]);
+    dof_address.push_back(model->jnt_dofadr[id]);
+    lower[i] = model->jnt_range[2 * id];
+    upper[i] = model->jnt_range[2 * id + 1];
+    if (home[i] < lower[i] || home[i] > upper[i]) {
+      diagnostics.Add(root.Find("home")->where(),
+                      "home has joint '" + joint + "' at " + WriteJson(home[i], 0),
+                      "its limits are " + WriteJson(lower[i], 0) + " and " + WriteJson(upper[i], 0));
     }
   }
-  impl->planned_lower = impl->lower;
-  impl->planned_upper = impl->upper;
-  if (planned_range != nullptr && joint_ids.size() == static_cast<size_t>(n))
-    ReadPlannedRange(*planned_range, impl->joints, impl->home, impl->planned_lower, impl->planned_upper,
-                     diagnostics);
-  for (size_t i = 0; i < impl->finger_joints.size(); ++i) {
+  return joint_ids;
+}
+
+std::vector<int> Model::Impl::FindFingers(const Value& root, Diagnostics& diagnostics) const {
+  const mjModel* model = mujoco.get();
+  std::vector<int> finger_ids;
+  for (size_t i = 0; i < finger_joints.size(); ++i) {
     const Location& where = root.Find("gripper")->Find("joints")->items()[i].where();
-    const std::string& joint = impl->finger_joints[i];
+    const std::string& joint = finger_joints[i];
     const int id = FindInMjcf(model, mjOBJ_JOINT, model->njnt, "joint", joint, where, diagnostics);
     finger_ids.push_back(id);
-    const bool hinged = impl->gripper.hinged();
+    const bool hinged = gripper.hinged();
     if (id >= 0 && (model->jnt_type[id] != (hinged ? mjJNT_HINGE : mjJNT_SLIDE) || !model->jnt_limited[id])) {
       const std::string type = hinged ? "hinge" : "slide";
       diagnostics.Add(where, "joint '" + joint + "' of the MJCF file is not a " + type + " with limits",
@@ -376,6 +373,32 @@ std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
                           (hinged ? "" : "; hinges need 'open', 'closed' and 'closing_torque'"));
     }
   }
+  return finger_ids;
+}
+
+std::shared_ptr<const Model> Model::Load(const std::string& name_or_path) {
+  PrepareMujoco();
+  const fs::path path = FindDescription(name_or_path);
+  const Value root = ReadYaml(path.string());
+  auto impl = std::make_unique<Impl>();
+  Diagnostics diagnostics;
+
+  const std::string mjcf = impl->ReadDescription(root, diagnostics);
+  diagnostics.ThrowIfAny();
+
+  impl->mjcf_path = (path.parent_path() / mjcf).string();
+  impl->LoadMjcf(root, diagnostics);
+  const mjModel* model = impl->mujoco.get();
+  CheckLengths(model, impl->mjcf_path, diagnostics);
+  diagnostics.ThrowIfAny();
+  const std::vector<int> joint_ids = impl->FindJoints(root, diagnostics);
+  impl->planned_lower = impl->lower;
+  impl->planned_upper = impl->upper;
+  const Value* planned_range = root.Find("planned_range");
+  if (planned_range != nullptr && joint_ids.size() == impl->joints.size())
+    ReadPlannedRange(*planned_range, impl->joints, impl->home, impl->planned_lower, impl->planned_upper,
+                     diagnostics);
+  const std::vector<int> finger_ids = impl->FindFingers(root, diagnostics);
   impl->site_id = FindInMjcf(model, mjOBJ_SITE, model->nsite, "site", impl->hand_site,
                              root.Find("hand")->where(), diagnostics);
   diagnostics.ThrowIfAny();

@@ -19,7 +19,7 @@ struct Chain;
 /// the sum of their positions) or turn on hinges (whose opening goes linearly from `closed` to `open`).
 struct Gripper {
   double max_opening = 0;      ///< Greatest distance between the pads, m.
-  double max_width = 0;        ///< The widest thing it holds firmly, m.
+  double max_width = 0;        ///< The widest object that it grasps firmly, m.
   double pad_half_width = 0;   ///< Half the pad's extent along x, m.
   double pad_half_height = 0;  ///< Half the pad's extent along z, m.
   double palm_depth = 0;       ///< From the grasp point back to the palm's face, m.
@@ -30,16 +30,15 @@ struct Gripper {
   std::vector<double> closing_torque;  ///< Nm, at `max_force`
 
   bool hinged() const { return !open.empty(); }
-  /// Where a finger is at this opening (m) of `fingers` fingers: m or rad.
+  /// A finger's joint position (m or rad) at this opening (m) of `fingers` fingers.
   double FingerPosition(size_t finger, size_t fingers, double opening) const;
   /// The share of the opening (m) that a finger at this position (m or rad) contributes; their sum is the
   /// opening.
   double OpeningShare(size_t finger, size_t fingers, double position) const;
 };
 
-/// Where the hand can be, without joint angles: a shell about a point. The wrist point, fixed in the hand
-/// frame, is between `min` and `max` from `centre`, fixed in the base frame. An outer approximation of the
-/// arm's reach.
+/// An outer approximation of the arm's reach, without joint angles: the wrist point, fixed in the hand frame,
+/// is between `min` and `max` from `centre`, fixed in the base frame.
 struct Reach {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();      ///< In the base frame, m.
   Eigen::Vector3d wrist_hand = Eigen::Vector3d::Zero();  ///< The wrist point in the hand frame, m.
@@ -47,8 +46,8 @@ struct Reach {
   double max = 0;                                        ///< m
 };
 
-/// Where the hand can be at most, proved from the lengths of the links alone: a point fixed in the hand is
-/// never further than `radius` from `centre`, fixed in the base frame.
+/// A proved bound on the arm's reach, from the lengths of the links alone: a point fixed in the hand is never
+/// further than `radius` from `centre`, fixed in the base frame.
 struct OuterReach {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< On the first joint's axis, m.
   Eigen::Vector3d p_HW = Eigen::Vector3d::Zero();    ///< On the last joint's axis, in the hand frame, m.
@@ -73,7 +72,7 @@ class Model {
   const std::vector<std::string>& joint_names() const;
   const Eigen::VectorXd& lower() const;  ///< n, rad
   const Eigen::VectorXd& upper() const;  ///< n, rad
-  /// n, rad: within the limits, and where plans keep the joints, such as an elbow to one side of straight.
+  /// n, rad: the range within the limits that planned configurations keep, such as an elbow bent to one side.
   const Eigen::VectorXd& planned_lower() const;
   const Eigen::VectorXd& planned_upper() const;
   const Eigen::VectorXd& max_velocity() const;  ///< n, rad/s
@@ -89,7 +88,7 @@ class Model {
   /// those on hinges have the shapes of the MJCF file. The number of parts does not depend on `opening`.
   geometry::Shape HandShape(double opening) const;
 
-  /// The arm's joints and links without dynamics (kinematics.h), and the space that they take up.
+  /// The arm's joints and links without dynamics (kinematics.h), and their solids.
   const Chain& chain() const;
   const OuterReach& outer_reach() const;
   const ArmSolids& solids() const;
@@ -130,7 +129,7 @@ class State {
   /// 6 × n: (velocity of the hand's origin; angular velocity), both in the base frame, is J v.
   const Eigen::MatrixXd& J_BH() const;
   const Eigen::MatrixXd& M()
-      const;  ///< n × n joint-space inertia, kg m²; fingers ride with the hand, as when closed.
+      const;  ///< n × n joint-space inertia, kg m²; with the fingers fixed to the hand, closed.
   const Eigen::VectorXd& bias() const;  ///< n, Nm: Coriolis, centrifugal and gravity torques.
 
  private:

@@ -11,9 +11,14 @@
 
 struct mjModel_;
 
+namespace tether {
+class Diagnostics;
+class Value;
+}  // namespace tether
+
 namespace tether::robot {
 
-/// The hand as planning sees it, in the hand frame. See models/robots/panda.yaml.
+/// The hand's solid for planning, in the hand frame. See models/robots/panda.yaml.
 struct HandSolid {
   geometry::Part palm;
   double finger_radius = 0;
@@ -26,6 +31,16 @@ struct Model::Impl {
   struct DeleteModel {
     void operator()(mjModel_* model) const;
   };
+
+  // model.cc: the parts of Load(). Mistakes go to `diagnostics`; `root` is the description.
+  /// Reads everything but the MJCF file, whose path is returned as it is written.
+  std::string ReadDescription(const Value& root, Diagnostics& diagnostics);
+  /// Compiles the MJCF file at `mjcf_path`. Throws InputError if MuJoCo refuses it.
+  void LoadMjcf(const Value& root, Diagnostics& diagnostics);
+  /// The ids of the arm's joints in the MJCF file, those that are found; sets addresses and limits.
+  std::vector<int> FindJoints(const Value& root, Diagnostics& diagnostics);
+  /// The ids of the gripper's joints in the MJCF file.
+  std::vector<int> FindFingers(const Value& root, Diagnostics& diagnostics) const;
 
   std::string name;
   std::vector<std::string> joints;

@@ -14,24 +14,31 @@
 namespace tether::robot {
 namespace {
 
-// Of clearances that are not kept, per m², relative to the length of a step.
+// Weight of violated clearances, per m², relative to the length of a step.
 constexpr double kClearanceWeight = 1e3;
-// Pairs within this beyond the clearance hold each other where they are, and are brought this far beyond it,
-// m.
+// Pairs within this beyond the clearance come no nearer, and violated ones are brought this far beyond it, m.
 constexpr double kBand = 0.004;
 constexpr double kBeyond = 0.001;
-// What is near makes the rest posture less important.
+// Near obstacles reduce the weight of the rest posture.
 constexpr double kWeakPull = 0.02;
 constexpr double kLeastDamping = 1e-9;
 constexpr double kMostDamping = 3e-3;
 constexpr double kMaxStep = 0.5;  // rad
 constexpr double kMaxPull = 0.3;  // rad, towards the rest posture in one step
-// Links are looked at when the hand is this near to where it must be (m + rad).
+// Links are checked once the hand's error is below this (m + rad).
 constexpr double kNearlyThere = 0.3;
 constexpr double kThere = 1e-8;
 constexpr double kSettled = 2e-3;  // rad
-// Without coming nearer for so many iterations it ends.
+// It ends after this many iterations without progress.
 constexpr int kPatience = 12;
+
+/// a.DistanceTo(b) < range; mostly one axis is enough to tell that it is not.
+bool AreWithin(double range, const geometry::Aabb& a, const geometry::Aabb& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.lower[axis] - b.upper[axis] >= range || b.lower[axis] - a.upper[axis] >= range) return false;
+  }
+  return a.DistanceTo(b) < range;
+}
 
 }  // namespace
 
@@ -54,7 +61,7 @@ PostureSolver::PostureSolver(std::shared_ptr<const Model> model)
 void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients) {
   const ArmSolids& solids = model_->solids();
   const int n = kinematics_.dof();
-  // Those within the band matter only to steps.
+  // Those within the band affect only the steps.
   const double range = problem.clearance + (gradients ? kBand : 0);
   posture.distance = problem.clearance;
   posture.solid = posture.obstacle = posture.other_solid = -1;
@@ -74,6 +81,8 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
     }
   }
   first.push_back(boxes_.size());
+  geometry::Aabb all;
+  for (const geometry::Aabb& box : boxes_) all.Include(box);
   const auto note = [&](const geometry::Distance& d, int solid, int obstacle, int other) {
     if (d.distance < posture.distance) {
       posture.distance = d.distance;
@@ -96,6 +105,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
   };
   for (size_t k = 0; k < problem.obstacles.size(); ++k) {
     const PostureObstacle& obstacle = problem.obstacles[k];
+    if (!AreWithin(range, all, obstacle.box)) continue;
     for (int solid = 0; solid < solids.hand(); ++solid) {
       if (obstacle.still && solids.links[static_cast<size_t>(solid)].link == 0) continue;
       if (std::find(obstacle.ignored.begin(), obstacle.ignored.end(), solid) != obstacle.ignored.end())
@@ -103,7 +113,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
       const auto& parts = shape(solid).parts;
       for (size_t i = 0; i < parts.size(); ++i) {
         const size_t index = first[static_cast<size_t>(solid)] + i;
-        if (boxes_[index].DistanceTo(obstacle.box) >= range) continue;
+        if (!AreWithin(range, boxes_[index], obstacle.box)) continue;
         const geometry::Distance d =
             geometry::SignedDistance(parts[i].primitive, X_BP_[index], *obstacle.primitive, obstacle.X_BP);
         if (d.distance < range) note(d, solid, static_cast<int>(k), -1);
@@ -116,7 +126,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
       const size_t index_a = first[static_cast<size_t>(a)] + i;
       for (size_t j = 0; j < parts_b.size(); ++j) {
         const size_t index_b = first[static_cast<size_t>(b)] + j;
-        if (boxes_[index_a].DistanceTo(boxes_[index_b]) >= range) continue;
+        if (!AreWithin(range, boxes_[index_a], boxes_[index_b])) continue;
         const geometry::Distance d = geometry::SignedDistance(parts_a[i].primitive, X_BP_[index_a],
                                                               parts_b[j].primitive, X_BP_[index_b]);
         if (d.distance < range) note(d, a, -1, b);
@@ -138,7 +148,7 @@ void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& er
     pull.noalias() += kClearanceWeight * lacking * pair.gradient.transpose();
   }
   const double damping = kLeastDamping + kMostDamping * std::min(1.0, error.squaredNorm());
-  // Joints that would leave their limits are held there, and the others make up for it.
+  // Joints that would leave their limits are held there, and the others compensate.
   std::array<bool, kMostJoints> held{};
   for (int round = 0; round < 4; ++round) {
     const Eigen::LLT<Matrix> factor(H);

@@ -16,23 +16,24 @@ struct PostureObstacle {
   const geometry::Primitive* primitive = nullptr;  ///< Must outlive its use.
   math::Pose X_BP;
   geometry::Aabb box;        ///< About it, in the base frame.
-  bool still = true;         ///< It stands where the arm was put, so the base's own link may touch it.
+  bool still = true;         ///< It has not moved since the start, so the base's own link may touch it.
   std::vector<int> ignored;  ///< Solids of the arm that may touch it.
 
   PostureObstacle() = default;
+  /// A part of an object at X_BO in the base frame. `part` must outlive this.
   PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still);
 };
 
-/// What is asked of joint positions.
+/// A problem of inverse kinematics with clearances.
 struct PostureProblem {
-  math::Pose X_BH;  ///< Where the hand must be.
+  math::Pose X_BH;  ///< The hand's desired pose.
   std::vector<PostureObstacle> obstacles;
   Eigen::VectorXd lower, upper;  ///< n, rad: the limits, less a margin.
-  Eigen::VectorXd rest;          ///< n, rad: the elbow is as near to this as it can be.
+  Eigen::VectorXd rest;          ///< n, rad: redundancy is resolved towards this posture.
   double clearance = 0.01;       ///< Wanted between links and obstacles, and among links, m.
 };
 
-/// Joint positions, and how they do.
+/// Joint positions, with their errors.
 struct Posture {
   Eigen::VectorXd q;          ///< n, rad
   double position_error = 0;  ///< Of the hand, m.
@@ -49,17 +50,17 @@ struct Posture {
 /// the range that is planned with.
 void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eigen::VectorXd& upper);
 
-/// Inverse kinematics with clearances: damped least squares in which the hand's pose comes first, and what
-/// freedom it leaves goes to keeping links clear and then to the rest posture. A workspace, one per thread;
-/// tens of microseconds a solve.
+/// Inverse kinematics with clearances: damped least squares in which the hand's pose comes first; its null
+/// space serves the links' clearances, then the rest posture. A workspace, one per thread; tens of
+/// microseconds per solve.
 class PostureSolver {
  public:
   explicit PostureSolver(std::shared_ptr<const Model> model);
 
-  /// Improves `posture.q`, which is where it begins, and fills in the rest. True if the hand gets there and
-  /// the links are clear by `problem.clearance`. Where it is false, the posture is the best that was met.
+  /// Solves from `posture.q`, and sets all fields of `posture`. True if the hand is at its pose and the links
+  /// are clear by `problem.clearance`; else the posture is the best one found.
   bool Solve(const PostureProblem& problem, Posture& posture, int max_iterations = 60);
-  /// Fills in how `posture.q` does.
+  /// Sets the errors of `posture.q`.
   void Assess(const PostureProblem& problem, Posture& posture);
 
   const Kinematics& kinematics() const { return kinematics_; }

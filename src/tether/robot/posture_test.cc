@@ -35,7 +35,7 @@ Posture From(const VectorXd& q) {
   return posture;
 }
 
-/// Hand poses that the arm has, in a configuration that is clear of itself.
+/// Hand poses of configurations without self-collision.
 std::vector<VectorXd> ClearConfigurations(int count, Random& random) {
   std::vector<VectorXd> all;
   PostureSolver solver(Panda());
@@ -68,7 +68,7 @@ TEST(PostureTest, WhatItCallsFoundIsFound) {
     EXPECT_LT(math::AngleBetween(state.X_BH().R, problem.X_BH.R), 1e-6);
     EXPECT_GE(posture.distance, problem.clearance);
   }
-  // Any pose of the arm's, from home alone and in one go; many of them are contorted.
+  // Any reachable pose, solved from home alone; many need contorted configurations.
   EXPECT_GT(found, 110);
 }
 
@@ -92,7 +92,7 @@ TEST(PostureTest, NearbyPosesNearlyAlwaysKeepTheBranch) {
 }
 
 // A rod where the elbow would be: the arm, which has a joint to spare, turns it away and keeps the hand.
-TEST(PostureTest, TheElbowGivesWay) {
+TEST(PostureTest, TheElbowEvadesARod) {
   PostureSolver solver(Panda());
   Kinematics kinematics(Panda());
   kinematics.Set(Panda()->home());
@@ -109,7 +109,7 @@ TEST(PostureTest, TheElbowGivesWay) {
   ASSERT_TRUE(solver.Solve(problem, blocked));
   EXPECT_GE(blocked.distance, problem.clearance);
   EXPECT_LT(blocked.position_error, 1e-6);
-  // What it says of the distance is what the shapes say.
+  // The reported distance is that of the shapes.
   kinematics.Set(blocked.q);
   for (int k = 1; k < Panda()->solids().hand(); ++k) {
     EXPECT_GE(geometry::SignedDistance(Panda()->solids().links[static_cast<size_t>(k)].shape,

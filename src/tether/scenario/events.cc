@@ -55,7 +55,7 @@ class EventParser {
   }
 
   /// YAML splits {starts: place(box,shelf)} at the comma, into 'starts: place(box' and a key 'shelf)' without
-  /// a value. What is meant is plain, so it is put together again.
+  /// a value. The meaning is clear, so the two are joined again.
   static Value JoinSplitAction(const Value& value) {
     const Value* starts = value.Find("starts");
     if (starts == nullptr || !starts->is_scalar()) return value;

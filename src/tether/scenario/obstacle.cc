@@ -23,11 +23,11 @@ using math::Pose;
 constexpr int kDraws = 5000;
 constexpr double kSide = 0.05, kLowest = 0.05, kHighest = 0.25;
 constexpr double kFromHub = 0.2, kFromAxis = 0.2, kGap = 0.03, kNear = 0.3;
-constexpr double kLeastWay = 0.1, kSlide = 0.1, kCrossing = 0.2;
-// Between places that are looked at on the way, m.
+constexpr double kLeastSlide = 0.1, kSlide = 0.1, kCrossing = 0.2;
+// Spacing of the samples along the obstacle's path, m.
 constexpr double kSample = 0.01;
 // A ball comes from this far, and goes as far, m.
-constexpr double kHalfWay = 0.9;
+constexpr double kHalfLength = 0.9;
 constexpr double kFirstStart = 5.0;
 
 std::string FreeName(const scene::Scene& scene) {
@@ -197,16 +197,16 @@ std::optional<Obstacle> DrawMovedObstacle(const Scenario& scenario, const scene:
   const double yaw = random.Uniform(-std::numbers::pi, std::numbers::pi);
   for (int i = 0; i < kDraws; ++i) {
     const Pose from = draw(yaw), to = draw(yaw);
-    const double way = (to.p - from.p).norm();
-    if (!layout.IsNear(to.p) || way < kLeastWay || !layout.ClearOfArm(post, from)) continue;
+    const double length = (to.p - from.p).norm();
+    if (!layout.IsNear(to.p) || length < kLeastSlide || !layout.ClearOfArm(post, from)) continue;
     bool clear = true;
-    const int samples = static_cast<int>(std::ceil(way / kSample));
+    const int samples = static_cast<int>(std::ceil(length / kSample));
     for (int k = 0; k <= samples && clear; ++k)
       clear = layout.StaysPossible(post, {from.R, from.p + (to.p - from.p) * k / samples});
     if (!clear) continue;
     const bool before = random.Index(4) == 0;
     const double time = before ? 0 : random.Uniform(0, kFirstStart * actions);
-    return MakeObstacle(start, post, from, to.p, time, way / kSlide, false);
+    return MakeObstacle(start, post, from, to.p, time, length / kSlide, false);
   }
   return std::nullopt;
 }
@@ -232,10 +232,10 @@ std::optional<Obstacle> DrawCrossingObstacle(const Scenario& scenario, const sce
     const Vector3d along(std::cos(angle), std::sin(angle), 0);
     const Vector3d to_axis = layout.X_WBase().p - p;
     const double from_axis = std::abs(along.x() * to_axis.y() - along.y() * to_axis.x());
-    const Pose from(p - kHalfWay * along);
+    const Pose from(p - kHalfLength * along);
     if (from_axis < least || !layout.ClearOfArm(ball, from)) continue;
     const double time = random.Uniform(0, 0.9 * kFirstStart * actions);
-    return MakeObstacle(start, ball, from, p + kHalfWay * along, time, 2 * kHalfWay / kCrossing, true);
+    return MakeObstacle(start, ball, from, p + kHalfLength * along, time, 2 * kHalfLength / kCrossing, true);
   }
   return std::nullopt;
 }

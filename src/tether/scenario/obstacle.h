@@ -24,9 +24,9 @@ std::optional<Obstacle> DrawMovedObstacle(const Scenario& scenario, const scene:
                                           uint64_t seed);
 
 /// A ball of 4 to 6 cm radius that crosses the space between the hub and a region on a level line at 0.2 m/s,
-/// above everything that stands there, at a time drawn from the first 4.5 s per action. The line keeps so far
-/// from the robot's axis that turning the first joint is enough to stay ahead of the ball. Empty if there is
-/// no such line.
+/// above everything that stands there, at a time drawn from the first 4.5 s per action. The line is so far
+/// from the robot's axis that turning the first joint is enough to evade the ball. Empty if there is no such
+/// line.
 std::optional<Obstacle> DrawCrossingObstacle(const Scenario& scenario, const scene::Scene& start, int actions,
                                              uint64_t seed);
 

@@ -1,4 +1,4 @@
-// What planning said that was not so (docs/finds.md): a scene of its kind for each find, and siblings.
+// Finds about wrong results of planning (docs/finds.md): a scene of its kind for each find, and siblings.
 #include <cmath>
 #include <map>
 #include <string>
@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/scenario/test_scenarios.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/problem.h"
@@ -235,6 +236,9 @@ TEST(PlanningFinds, MessagesNameTheCause) {
   EXPECT_THAT(Plan(lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", "\n    mass: 0.1\n    friction: 0"))
                   .message,
               HasSubstr("hold 0.00 kg of what has a friction of 0.00"));
+  // Two numbers that differ are not written alike.
+  EXPECT_THAT(Plan(lift("{box: [0.0753, 0.0753, 0.05]}", "[0.5, 0.1, 0.025]", kMass)).message,
+              HasSubstr("a is 7.53 cm wide where it is narrowest; the gripper grasps up to 7.50 cm"));
   Scene base = lift("{box: [0.05, 0.05, 0.05]}", "[0.5, 0.1, 0.025]", kMass);
   base.robot = "{model: panda, pose: {position: [0.4, 0, -0.05]}}";
   const PlanReport near = Plan(base);
@@ -242,7 +246,7 @@ TEST(PlanningFinds, MessagesNameTheCause) {
   EXPECT_THAT(near.message, HasSubstr("too near to the base of panda"));
 }
 
-/// What the executive would not grasp, planning refutes, and for the same reason.
+/// Planning refutes what the executive would not grasp, with the same reason.
 TEST(PlanningFinds, PlanAndRunDisagreeOnGraspability) {
   const auto plan = [](const std::string& shape, const std::string& more = "") {
     Texts texts;
@@ -335,7 +339,7 @@ TEST(PlanningFinds, BetweenTwoBarsIsNoFace) {
   const planning::PlanStep& last = report.best()->plan.steps.back();
   EXPECT_GE(std::abs(last.X_TC.p.y()), 0.08);
   EXPECT_LE(std::abs(last.X_TC.p.y()), 0.1);
-  // Edges of sheets are no faces: only what spans both could stand there.
+  // Edges of sheets are no faces: only an object that spans both could stand there.
   const PlanReport sheets = PlanOnParts(
       "[{box: [0.2, 0.0018, 0.07], pose: {position: [0, 0.09, 0]}}, "
       "{box: [0.2, 0.0018, 0.07], pose: {position: [0, -0.09, 0]}}]",
@@ -353,7 +357,7 @@ TEST(PlanningFinds, LongBoardBridgesTwoSheets) {
   EXPECT_LT(std::abs(report.best()->plan.steps.back().X_TC.p.y()), 0.08);
 }
 
-/// What stands on a movable board comes along with it, whatever frame its pose was written in.
+/// An object on a movable board moves along with it, whatever frame its pose was written in.
 TEST(PlanningFinds, WhatIsCarriedComesAlongWithoutParent) {
   Scene scene;
   scene.things = Thing("stand", "{box: [0.2, 0.2, 0.07]}", "{position: [0.45, -0.3, 0.035]}") +
@@ -368,6 +372,70 @@ TEST(PlanningFinds, WhatIsCarriedComesAlongWithoutParent) {
 }
 
 /// Every registered kind by itself, in an action of one step: a plan, or a reason that names the cause.
+/// A box far beyond what the hook reaches: the direction of a push that never begins is not the cause.
+TEST(PlanningFinds, WhatTheHookDoesNotReachIsSaid) {
+  for (const double x : {0.62, 0.80, 0.95}) {
+    Scenario scenario = Shipped("workspace_reach");
+    for (scene::Object& object : scenario.scene.objects) {
+      if (object.name == "box") object.X_ParentObject.p.x() = x;
+    }
+    PlanningOverrides overrides;
+    overrides.threads = 1;
+    const PlanReport report =
+        planning::PlanTask(MakeProblem(scenario, scenario.scene, overrides), *MakeTask(scenario));
+    EXPECT_FALSE(report.ok()) << x;
+    EXPECT_THAT(report.message, AllOf(HasSubstr("hook does not get to box to push it: it would be "),
+                                      Not(HasSubstr("slip off"))))
+        << x;
+  }
+}
+
+/// An action of one step in which the hand does this to `a`.
+std::pair<planning::Problem, PlanReport> PlanOneStep(const std::string& shape, const std::string& position,
+                                                     const std::string& constraint) {
+  Scene scene;
+  scene.things = Thing("a", shape, "{position: " + position + "}", kMass);
+  scene.movable = "a";
+  scene.goal = "(inhand a)";
+  scene.max_actions = 1;
+  Scenario scenario = Load(scene);
+  const std::string text =
+      "format: tether.actions/1\npick:\n  parameters: [x]\n  steps:\n  - control: hand\n    target: a\n"
+      "    constraints:\n    - " +
+      constraint + "\n    allow: [[hand, a]]\n    execute:\n    - gripper: {close_on: a}\n";
+  Diagnostics diagnostics;
+  scenario.actions = planning::ParseActions(ParseYaml(text, "one.yaml"), {}, diagnostics);
+  diagnostics.ThrowIfAny();
+  PlanningOverrides overrides;
+  overrides.threads = 1;
+  planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
+  PlanReport report = planning::PlanTask(problem, *MakeTask(scenario));
+  return {std::move(problem), std::move(report)};
+}
+
+/// `graspable` by itself: what is grasped is between the fingers, of a bar and of what is round.
+TEST(PlanningFinds, GraspableAloneCentresTheGrasp) {
+  const std::vector<std::pair<std::string, Eigen::Vector3d>> shapes{
+      {"{box: [0.12, 0.03, 0.04]}", {0.06, 0.015, 0.02}},
+      {"{box: [0.03, 0.12, 0.04]}", {0.015, 0.06, 0.02}},
+      {"{cylinder: {radius: 0.02, length: 0.04}}", {0.02, 0.02, 0.02}}};
+  for (const auto& [shape, half] : shapes) {
+    const auto [problem, report] = PlanOneStep(shape, "[0.6, 0.3, 0.02]", "graspable: {object: a}");
+    ASSERT_TRUE(report.ok()) << shape << ": " << report.message;
+    planning::Plan plan = report.best()->plan;
+    const Eigen::Vector3d p = plan.steps[0].X_TC.p;
+    for (int axis = 0; axis < 3; ++axis) EXPECT_LE(std::abs(p[axis]), half[axis] + 1e-3) << shape << axis;
+    // The checker sees it too.
+    plan.steps[0].X_TC.p +=
+        2.5 * half.maxCoeff() * (half.x() > half.y() ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY());
+    plan.steps[0].q.resize(0);
+    std::string causes;
+    for (const planning::CheckFinding& finding : planning::CheckPlan(problem, plan).findings)
+      causes += finding.cause + "; ";
+    EXPECT_THAT(causes, HasSubstr("mm beside a;")) << shape;
+  }
+}
+
 TEST(PlanningFinds, EveryKindWorksOnItsOwn) {
   const std::map<std::string, std::pair<std::string, std::string>> steps{
       {"graspable", {"hand in a", "graspable: {object: a}"}},
@@ -399,7 +467,7 @@ TEST(PlanningFinds, EveryKindWorksOnItsOwn) {
     const planning::Problem problem = MakeProblem(scenario, scenario.scene, overrides);
     const PlanReport report = planning::PlanTask(problem, *MakeTask(scenario));
     if (kind.name == "push_normal" && !report.ok()) {
-      // What pushes has to touch before: nothing does.
+      // The pusher has to touch before: none does.
       EXPECT_THAT(report.message, HasSubstr("push_normal(hand, a)"));
       continue;
     }

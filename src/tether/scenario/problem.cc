@@ -65,7 +65,7 @@ std::optional<task::TemporalGoal> ChooseGoal(const Scenario& scenario, const Pla
     return ReadTemporalGoal(overrides.goal, overrides.semantics.empty() ? "cosafe" : overrides.semantics);
   if (overrides.semantics.empty()) return scenario.goal;
   if (!scenario.goal) {
-    throw InputError("--semantics is of no use without a temporal goal", "--goal FORMULA");
+    throw InputError("--semantics has no effect without a temporal goal", "--goal FORMULA");
   }
   task::TemporalGoal goal = *scenario.goal;
   goal.semantics = ltl::ReadSemantics(overrides.semantics);
@@ -82,7 +82,7 @@ planning::SearchMethod ChooseSearch(const std::string& name) {
   return static_cast<planning::SearchMethod>(found - SearchNames().begin());
 }
 
-/// Some action of the domain has steps that any pose in a region will do for.
+/// Some action of the domain has steps for which any pose in a region serves.
 bool HasRegionActions(const Scenario& scenario) {
   if (scenario.problem == nullptr) return false;
   return std::any_of(scenario.actions.begin(), scenario.actions.end(), [&](const auto& action) {

@@ -13,7 +13,7 @@
 
 namespace tether::scenario {
 
-/// What the command line may say about planning; each overrides the scenario's key of the same meaning.
+/// Options of the command line about planning; each overrides the scenario's key of the same meaning.
 struct PlanningOverrides {
   std::string solver;  ///< Empty: the scenario's.
   std::string goal;    ///< Temporal formula; empty: the scenario's goal.
@@ -32,7 +32,7 @@ struct PlanningOverrides {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// A scenario made ready for planning. `scene` is where things stand: the scenario's own scene, or a
+/// The planning problem of a scenario. `scene` gives the initial poses: the scenario's own scene, or a
 /// perturbed one. Throws InputError for what can't be planned: a scenario without a task, a wrong override.
 planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scene,
                               const PlanningOverrides& overrides);

@@ -23,7 +23,7 @@ class ReplannerTest : public ::testing::Test {
         planning::PlanTask(MakeProblem(scenario_, scenario_.scene, overrides), *task_).best()->plan.actions;
   }
 
-  /// Whether the actions can be done one after another, and make the goal true.
+  /// Whether the actions are applicable one after another, and reach the goal.
   bool ReachesGoal(const std::vector<std::string>& actions) const {
     task::Product product(task_, scenario_.goal);
     symbolic::State state = *product.Start(), next = state;
@@ -70,8 +70,8 @@ TEST_F(ReplannerTest, WhatIsBlockedTwiceIsNotTriedAgain) {
   EXPECT_EQ(std::count(found->begin(), found->end(), *hold), 0);
 }
 
-TEST_F(ReplannerTest, WithoutAnotherWayTheReasonIsSaid) {
-  // Heating is asked for, and there is one place for it.
+TEST_F(ReplannerTest, WithoutOtherActionsThereIsAReason) {
+  // Heating is part of the goal, and there is one place for it.
   task::Replanner ways(task_, scenario_.goal);
   const auto hold = std::find(plan_.begin(), plan_.end(), "hold(meat,heat)");
   ASSERT_NE(hold, plan_.end());

@@ -2,41 +2,21 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <set>
 
 #include "tether/common/bounds.h"
 #include "tether/common/file.h"
-#include "tether/common/log.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/control/constraint_spec.h"
-#include "tether/ltl/formula/cosafe.h"
-#include "tether/ltl/formula/parser.h"
-#include "tether/ltl/formula/words.h"
-#include "tether/planning/ik/within_reach.h"
-#include "tether/planning/modes/region_domain.h"
 #include "tether/planning/skeleton/action_reader.h"
-#include "tether/scenario/problem.h"
+#include "tether/scenario/scenario_reading.h"
 #include "tether/scenario/scene_reader.h"
+#include "tether/scenario/task_reader.h"
 
 namespace tether::scenario {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// One of `accepted`, or the fallback after a diagnostic.
-std::string ReadChoice(ObjectReader& reader, std::string_view key, const std::vector<std::string>& accepted,
-                       const std::string& fallback) {
-  const Value* value = reader.Optional(key);
-  if (value == nullptr) return fallback;
-  const std::string text =
-      ReadText(*value, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics());
-  if (std::find(accepted.begin(), accepted.end(), text) != accepted.end()) return text;
-  reader.diagnostics().Add(value->where(),
-                           "'" + std::string(key) + "' of " + reader.what() + " is '" + text + "'",
-                           SuggestFrom(text, accepted));
-  return fallback;
-}
 
 control::ConstraintNames ControlNames(const scene::Scene& scene) {
   control::ConstraintNames names;
@@ -49,37 +29,10 @@ control::ConstraintNames ControlNames(const scene::Scene& scene) {
   return names;
 }
 
-/// A finite number from zero to `most`.
-double ReadBound(ObjectReader& reader, std::string_view key, double fallback, const std::string& accepted,
-                 double most = kGreatestNumber) {
-  const double number = reader.Number(key, fallback);
-  if (number > most) {
-    reader.diagnostics().Add(
-        reader.value().Find(key)->where(),
-        "'" + std::string(key) + "' of " + reader.what() + " is " + reader.value().Find(key)->AsText(),
-        "at most " + Value(most).AsText());
-    return fallback;
-  }
-  if (number >= 0) return number;
-  reader.diagnostics().Add(reader.value().Find(key)->where(),
-                           "'" + std::string(key) + "' of " + reader.what() + " is negative", accepted);
-  return fallback;
-}
-
-int ReadCount(ObjectReader& reader, std::string_view key, int fallback, int least,
-              const std::string& accepted) {
-  const int number = reader.Integer(key, fallback);
-  if (number >= least) return number;
-  reader.diagnostics().Add(reader.value().Find(key)->where(),
-                           "'" + std::string(key) + "' of " + reader.what() + " is " + std::to_string(number),
-                           accepted);
-  return fallback;
-}
-
 class ScenarioParser {
  public:
   ScenarioParser(const std::string& path, const std::map<std::string, std::string>& files)
-      : files_(files), folder_(fs::path(path).parent_path().string()) {
+      : files_(path, files) {
     scenario_.path = path;
   }
 
@@ -87,7 +40,7 @@ class ScenarioParser {
     if (fs::is_directory(scenario_.path)) {
       throw InputError({{Location{scenario_.path, 0, 0}, "this is a folder", "the path of a scenario file"}});
     }
-    const Value document = ParseYaml(TextOf(scenario_.path), scenario_.path);
+    const Value document = ParseYaml(files_.TextOf(scenario_.path), scenario_.path);
     if (document.is_null()) {
       throw InputError({{Location{scenario_.path, 0, 0}, "there is nothing in this file",
                          std::string("a scenario, which begins with format: ") + kScenarioFormat}});
@@ -103,7 +56,7 @@ class ScenarioParser {
     }
     scenario_.title = reader.Text("title", fs::path(scenario_.path).stem().string());
     scenario_.seed = reader.Natural("seed", 0);
-    SceneReading reading = ReadScene(reader, folder_);
+    SceneReading reading = ReadScene(reader, files_.folder());
     scenario_.scene = std::move(reading.scene);
     scenario_.models = std::move(reading.models);
     where_ = std::move(reading.where);
@@ -111,40 +64,23 @@ class ScenarioParser {
       has_actions_ = true;
       ReadLibraries(reader.TextList("actions"), *actions);
     }
-    if (const Value* task = reader.Optional("task")) ReadTask(*task);
+    const Value* task = reader.Optional("task");
+    if (task != nullptr)
+      ReadTask(*task, {files_, where_, has_actions_, libraries_read_}, scenario_, diagnostics_);
     if (const Value* constraints = reader.Optional("constraints")) ReadGlobalConstraints(*constraints);
     if (const Value* planning = reader.Optional("planning")) ReadPlanning(*planning);
     if (const Value* execution = reader.Optional("execution")) ReadExecution(*execution);
     if (const Value* perturb = reader.Optional("perturb")) ReadPerturb(*perturb);
     if (const Value* events = reader.Optional("events")) ReadEventList(*events);
     reader.Finish();
-    if (within_reach_ != nullptr && scenario_.problem != nullptr) StateReach();
+    const Value* within_reach = task == nullptr ? nullptr : task->Find("within_reach");
+    if (within_reach != nullptr && scenario_.problem != nullptr)
+      StateReach(*within_reach, scenario_, diagnostics_);
     diagnostics_.ThrowIfAny();
     return std::move(scenario_);
   }
 
  private:
-  std::string Resolve(const std::string& path) const {
-    return fs::path(path).is_absolute() ? path : (fs::path(folder_) / path).lexically_normal().string();
-  }
-
-  std::string TextOf(const std::string& path) const {
-    const auto found = files_.find(path);
-    return found == files_.end() ? ReadFile(path) : found->second;
-  }
-
-  /// The file's path if it is there; else empty, after a diagnostic at the place that names it.
-  std::string ExistingFile(const Value& value, const std::string& what) {
-    const std::string name = ReadText(value, what, diagnostics_);
-    if (name.empty()) return "";
-    const std::string path = Resolve(name);
-    std::error_code ignored;
-    if (files_.contains(path) || fs::is_regular_file(path, ignored)) return path;
-    diagnostics_.Add(value.where(), what + ": there is no file '" + path + "'",
-                     "a path relative to the scenario");
-    return "";
-  }
-
   void ReadLibraries(const std::vector<std::string>& names, const Value& list) {
     const std::vector<std::string> frames = FrameNames(scenario_.scene);
     const planning::ActionReadOptions options{constraints::KindNames(), frames};
@@ -153,7 +89,7 @@ class ScenarioParser {
       const Location where = list.items()[i].where();
       const bool is_path = names[i].find('/') != std::string::npos || names[i].ends_with(".yaml");
       const std::string path =
-          is_path ? Resolve(names[i])
+          is_path ? files_.Resolve(names[i])
                   : (fs::path(robot::DataDirectory()) / "models" / "actions" / (names[i] + ".yaml")).string();
       std::error_code ignored;
       if (!fs::is_regular_file(path, ignored)) {
@@ -215,194 +151,7 @@ class ScenarioParser {
     return found;
   }
 
-  void ReadTask(const Value& value) {
-    ObjectReader reader(value, "'task'", diagnostics_);
-    Task& task = scenario_.task;
-    task.where = value.where();
-    const Value* domain = reader.Optional("domain");
-    const Value* problem = reader.Optional("problem");
-    const Value* goal = reader.Optional("goal");
-    if (reader.Optional("max_actions") != nullptr)
-      task.max_actions = ReadCount(reader, "max_actions", kMaxActions, 1, "a whole number above zero");
-    within_reach_ = reader.Optional("within_reach");
-    if (within_reach_ != nullptr) task.within_reach = reader.TextList("within_reach");
-    reader.Finish();
-    if ((domain == nullptr) != (problem == nullptr)) {
-      diagnostics_.Add(value.where(), std::string("'task' has no '") + (domain ? "problem" : "domain") + "'",
-                       "domain and problem together: two PDDL files");
-    }
-    if (domain != nullptr) task.domain = ExistingFile(*domain, "'domain' of 'task'");
-    if (problem != nullptr) task.problem = ExistingFile(*problem, "'problem' of 'task'");
-    try {
-      if (!task.domain.empty() && !task.problem.empty()) {
-        scenario_.problem = ReadProblem(task.domain, task.problem);
-        CheckProblem();
-      } else if (domain == nullptr && problem == nullptr && goal != nullptr && has_actions_ &&
-                 !scenario_.scene.regions.empty() && diagnostics_.empty()) {
-        scenario_.problem = planning::MakeRegionProblem(scenario_.scene, where_, task.where, diagnostics_);
-        if (scenario_.problem != nullptr) CheckActions();
-      }
-    } catch (const InputError& error) {
-      diagnostics_.Add(error);
-    }
-    if (goal != nullptr) {
-      ReadGoal(*goal);
-    } else if (domain == nullptr && problem == nullptr) {
-      diagnostics_.Add(value.where(), "'task' has no goal", "domain and problem (PDDL files), or goal");
-    }
-  }
-
-  std::shared_ptr<const symbolic::Problem> ReadProblem(const std::string& domain,
-                                                       const std::string& problem) const {
-    if (!files_.contains(domain) && !files_.contains(problem)) return symbolic::ReadProblem(domain, problem);
-    return symbolic::ParseProblem(TextOf(problem), problem, symbolic::ParseDomain(TextOf(domain), domain));
-  }
-
-  /// Adds to the initial state what the arm reaches, for the predicates of `within_reach`.
-  void StateReach() {
-    auto problem = std::make_shared<symbolic::Problem>(*scenario_.problem);
-    const scene::Robot* robot = ActingRobot(scenario_.scene);
-    if (robot == nullptr || !scenario_.models.contains(robot->name)) {
-      diagnostics_.Add(within_reach_->where(), "'within_reach' asks for an arm, and there is none",
-                       "a robot under 'robots'");
-      return;
-    }
-    std::vector<std::string> unary;
-    for (const auto& predicate : problem->domain->predicates) {
-      if (predicate.parameters.size() == 1) unary.push_back(predicate.name);
-    }
-    for (const std::string& name : scenario_.task.within_reach) {
-      const int index = problem->domain->FindPredicate(name);
-      if (index < 0 || problem->domain->predicates[static_cast<size_t>(index)].parameters.size() != 1) {
-        diagnostics_.Add(within_reach_->where(),
-                         "'within_reach' names '" + name + "', which is no predicate of one parameter",
-                         SuggestFrom(name, unary));
-        continue;
-      }
-      for (const symbolic::Fact& fact : problem->init) {
-        if (fact.predicate != index) continue;
-        diagnostics_.Add(fact.where,
-                         ":init states '" + name + "', which 'within_reach' of " + scenario_.path +
-                             " takes from the arm's reach",
-                         "one of the two");
-      }
-      if (!diagnostics_.empty()) continue;
-      const auto& types = problem->domain->predicates[static_cast<size_t>(index)].parameters[0].types;
-      for (size_t i = 0; i < problem->objects.size(); ++i) {
-        const std::string& object = problem->objects[i].name;
-        if (scenario_.scene.FindObject(object) != nullptr &&
-            problem->domain->Fits(problem->objects[i].types, types) &&
-            planning::WithinReach(*scenario_.models.at(robot->name), scenario_.scene.InitialPose(robot->name),
-                                  scenario_.scene, object))
-          problem->init.push_back({index, {static_cast<int>(i)}, within_reach_->where()});
-      }
-    }
-    scenario_.problem = std::move(problem);
-  }
-
-  /// `{pddl: (…)}`, `{ltl: …, semantics: …}`, or a temporal formula alone.
-  void ReadGoal(const Value& value) {
-    if (value.is_scalar()) {
-      ReadFormula(value, "'goal' of 'task'");
-      return;
-    }
-    ObjectReader reader(value, "'goal' of 'task'", diagnostics_);
-    const Value* pddl = reader.Optional("pddl");
-    const Value* ltl = reader.Optional("ltl");
-    scenario_.task.semantics = ReadChoice(reader, "semantics", {"cosafe", "ltlf"}, scenario_.task.semantics);
-    reader.Finish();
-    if (value.is_object() && (pddl == nullptr) == (ltl == nullptr)) {
-      diagnostics_.Add(value.where(), "'goal' of 'task' needs one formula", "pddl: (…) or ltl: …");
-      return;
-    }
-    if (ltl != nullptr) ReadFormula(*ltl, "'ltl' of 'goal'");
-    if (pddl == nullptr) return;
-    const std::string text = ReadText(*pddl, "'pddl' of 'goal'", diagnostics_);
-    if (scenario_.problem == nullptr) {
-      NeedDomain("a PDDL goal", pddl->where());
-      return;
-    }
-    try {
-      scenario_.problem = symbolic::WithGoal(*scenario_.problem, text, pddl->where());
-    } catch (const InputError& error) {
-      diagnostics_.Add(error);
-    }
-  }
-
-  void ReadFormula(const Value& value, const std::string& what) {
-    Task& task = scenario_.task;
-    task.ltl = ReadText(value, what, diagnostics_);
-    if (task.ltl.empty()) return;
-    try {
-      const ltl::Semantics semantics =
-          task.semantics == "ltlf" ? ltl::Semantics::kLtlf : ltl::Semantics::kCosafe;
-      scenario_.goal = task::TemporalGoal{
-          ltl::ReadEnds(ltl::ParseFormula(task.ltl, value.where()), semantics), semantics, value.where()};
-      ltl::RequireSemantics(scenario_.goal->formula, semantics, value.where());
-      for (const Diagnostic& warning :
-           ltl::SemanticsWarnings(scenario_.goal->formula, semantics, value.where())) {
-        LogWarning(warning.ToString());
-      }
-    } catch (const InputError& error) {
-      diagnostics_.Add(error);
-    }
-    if (scenario_.problem == nullptr) NeedDomain("a temporal goal", value.where());
-  }
-
-  void NeedDomain(const std::string& goal, const Location& where) {
-    if (!scenario_.task.domain.empty() || !diagnostics_.empty()) return;
-    // A scene with regions only lacks actions; nobody has to plan it.
-    if (!scenario_.scene.regions.empty() && !has_actions_) return;
-    diagnostics_.Add(where, goal + " without a domain",
-                     "'domain' and 'problem' beside 'goal', or a scene with regions");
-  }
-
-  /// Every PDDL object has a body or a region.
-  void CheckProblem() {
-    const symbolic::Problem& problem = *scenario_.problem;
-    std::vector<std::string> bodies;
-    for (const scene::Object& object : scenario_.scene.objects) bodies.push_back(object.name);
-    for (const scene::Region& region : scenario_.scene.regions) bodies.push_back(region.name);
-    for (const auto& [name, members] : scenario_.scene.groups) bodies.push_back(name);
-    for (const scene::Robot& robot : scenario_.scene.robots) bodies.push_back(robot.name);
-    for (const symbolic::TypedName& object : problem.objects) {
-      if (std::find(bodies.begin(), bodies.end(), object.name) != bodies.end()) continue;
-      diagnostics_.Add(object.where,
-                       "PDDL object '" + object.name + "' is nothing in the scene " + scenario_.path,
-                       SuggestFrom(object.name, bodies));
-    }
-    CheckActions();
-  }
-
-  /// Every PDDL action has a geometry.
-  void CheckActions() {
-    const symbolic::Problem& problem = *scenario_.problem;
-    // Of the supplied domain nobody has seen a line.
-    const bool supplied = scenario_.task.domain.empty();
-    std::vector<std::string> known;
-    for (const planning::ActionSchema& action : scenario_.actions) known.push_back(action.name);
-    for (const symbolic::Action& action : problem.domain->actions) {
-      const auto found = std::find_if(scenario_.actions.begin(), scenario_.actions.end(),
-                                      [&](const auto& schema) { return schema.name == action.name; });
-      if (found == scenario_.actions.end()) {
-        // A library that could not be read may hold it.
-        if (!libraries_read_) continue;
-        diagnostics_.Add(supplied ? scenario_.task.where : action.where,
-                         "action '" + action.name + "' has no geometry",
-                         supplied        ? "actions: [regions], or 'domain' and 'problem' of the task"
-                         : known.empty() ? "an action library under 'actions' of " + scenario_.path
-                                         : SuggestFrom(action.name, known));
-      } else if (found->parameters.size() != action.parameters.size()) {
-        diagnostics_.Add(supplied ? found->where : action.where,
-                         "action '" + action.name + "' has " + std::to_string(action.parameters.size()) +
-                             " parameters, but its geometry (" + found->where.ToString() + ") has " +
-                             std::to_string(found->parameters.size()),
-                         "the same number");
-      }
-    }
-  }
-
-  /// Those of the velocity controller are told from those of key poses by their kinds.
+  /// Constraints of the velocity controller and of key poses differ by their kinds.
   void ReadGlobalConstraints(const Value& list) {
     const std::vector<std::string> control_kinds =
         control::ConstraintSpecKinds(control::ConstraintPlace::kScenario);
@@ -516,7 +265,7 @@ class ScenarioParser {
       scenario_.events = ParseEvents(value, names, diagnostics_);
       return;
     }
-    const std::string path = ExistingFile(value, "'events'");
+    const std::string path = files_.ExistingFile(value, "'events'", diagnostics_);
     if (path.empty()) return;
     try {
       scenario_.events = ParseEvents(ReadYaml(path), names, diagnostics_);
@@ -525,12 +274,10 @@ class ScenarioParser {
     }
   }
 
-  const std::map<std::string, std::string>& files_;
-  std::string folder_;
+  ScenarioFiles files_;
   std::map<std::string, Location> where_;  ///< Where the scene's names were written.
   bool has_actions_ = false;               ///< There is a list of libraries.
   bool libraries_read_ = true;             ///< None of those named is missing or broken.
-  const Value* within_reach_ = nullptr;    ///< The key of the task.
   Diagnostics diagnostics_;
   Scenario scenario_;
 };

@@ -20,17 +20,17 @@ namespace tether::scenario {
 /// The `format` of a scenario.
 inline constexpr const char* kScenarioFormat = "tether.scenario/1";
 
-/// The longest plan that is considered where the scenario does not say.
+/// The default of the longest plan that is considered.
 inline constexpr int kMaxActions = 20;
 
-/// The most threads that planning takes.
+/// The most threads of planning.
 inline constexpr int kMostThreads = 1024;
 
 /// Control rates that are accepted, Hz.
 inline constexpr double kSlowestRate = 10, kFastestRate = 1e5;
 
-/// What is to be achieved, as written. The PDDL problem, when there is one, stands in Scenario::problem, the
-/// temporal goal in Scenario::goal.
+/// The task, as written. The PDDL problem, when there is one, stands in Scenario::problem, the temporal goal
+/// in Scenario::goal.
 struct Task {
   std::string domain;                ///< Path of the PDDL domain; empty: that of the scene's regions, if any.
   std::string problem;               ///< Path of the PDDL problem; empty: none.
@@ -56,7 +56,7 @@ struct PlanningSettings {
   std::string objective = "squares";  ///< squares or length.
   bool home = true;                   ///< First and last key pose are the hand's start.
   bool robot = true;                  ///< Reach and grasp of the robot constrain the plan.
-  /// Only the best so many are wanted; 0: all. None: the best, and what is met on the way to it.
+  /// The number of best plans wanted; 0: all. None: the best, with the candidates met until it was found.
   std::optional<int> max_plans;
   int min_candidates = planning::SearchOptions().min_candidates;
   double patience = planning::SearchOptions().patience;
@@ -77,13 +77,14 @@ struct ExecutionSettings {
   double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
 };
 
-/// How far a run's initial poses may differ from the file's, per movable object. Drawn from the run's seed.
+/// Bounds on the displacement of a run's initial poses from the file's, per movable object. Drawn from the
+/// run's seed.
 struct Perturbation {
   double position = 0;  ///< Radius of the horizontal disc, m.
   double rotation = 0;  ///< Greatest yaw, rad.
 };
 
-/// Everything a scenario file says, read and checked.
+/// A scenario file, read and checked.
 struct Scenario {
   std::string path;
   std::string title;
@@ -109,8 +110,8 @@ struct Scenario {
 /// actions without geometry.
 Scenario LoadScenario(const std::string& path);
 
-/// The same for a scenario that need not be on disk: the scenario and the PDDL files among `files`, texts by
-/// path, are taken from there.
+/// The same for a scenario that need not be on disk: the scenario and the PDDL files that are among `files`,
+/// texts by path, are read from there.
 Scenario LoadScenario(const std::string& path, const std::map<std::string, std::string>& files);
 
 /// Names of the shipped action libraries.

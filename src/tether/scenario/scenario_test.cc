@@ -287,7 +287,7 @@ TEST_F(ScenarioTest, PddlMustFitTheScene) {
   std::string text = kSmall;
   text.replace(text.find("  cup:"), 6, "  cap:");
   EXPECT_THAT(ErrorOf(text),
-              HasSubstr("problem.pddl:2:13: PDDL object 'cup' is nothing in the scene s.yaml (did you mean "
+              HasSubstr("problem.pddl:2:13: PDDL object 'cup' is not in the scene s.yaml (did you mean "
                         "'cap'?"));
   Write("mine.yaml",
         "format: tether.actions/1\nplace: {parameters: [a], steps: [{control: a, target: world}]}\n");
@@ -318,6 +318,11 @@ TEST_F(ScenarioTest, FramesOfConstraintsAreInTheScene) {
       "accepted: hand, moved, world, panda, shelf or cup)\n"
       "s.yaml:10:30: constraint 'inside' names 'shelv', which is not in the scene (did you mean 'shelf'? "
       "accepted: hand, moved, world, panda, shelf or cup)");
+  // A tag without a value, too, is an empty text.
+  for (const char* empty : {"''", "!!shelf"}) {
+    EXPECT_EQ(ErrorOf(kSmall + "constraints:\n- inside: {frame: moved, of: " + empty + "}\n"),
+              "s.yaml:9:30: 'of' of constraint 'inside' is empty (text is accepted)");
+  }
   Write("mine.yaml",
         "format: tether.actions/1\npick: {parameters: [a], steps: [{control: hand, target: a, constraints: "
         "[inside: {frame: hand, of: b}]}]}\n");

@@ -341,7 +341,7 @@ class SceneParser {
     for (const std::string& name : in_cycle) Detach(name);
   }
 
-  /// Hangs a frame with a bad parent on the world, so that reading can go on.
+  /// Attaches a frame with a bad parent to the world, so that reading can go on.
   void Detach(const std::string& name) {
     for (scene::Object& object : reading_.scene.objects) {
       if (object.name == name) object.parent = scene::kWorld;

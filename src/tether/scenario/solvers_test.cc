@@ -24,6 +24,7 @@ const std::map<std::string, std::vector<double>>& KnownCosts() {
       {"hanoi", {0.4894, 0.5486}},
       {"tool_use", {0.2878, 0.3761}},
       {"stacking", {1.1636}},
+      {"press", {0.1424}},
       {"parts", {0.7143}}};
   return costs;
 }
@@ -56,8 +57,8 @@ TEST_P(EverySolver, NloptNeverPlans) {
   // Parts has several optima far apart.
   if (GetParam().scenario == "parts") return;
   for (size_t i = 0; i < costs.size(); ++i) {
-    // Tool Use has an optimum beside, which NLopt comes to; so has Workspace Reach where the hook comes upon
-    // the shelf and the arm's joints are variables.
+    // Tool Use has a second optimum, at which NLopt ends; so has Workspace Reach where the hook is put on the
+    // shelf and the arm's joints are variables.
     const bool several =
         GetParam().scenario == "tool_use" || (GetParam().scenario == "workspace_reach" && i == 2);
     EXPECT_NEAR(costs[i], known[i], (several ? 0.06 : 0.003) * known[i]) << i;
@@ -68,7 +69,7 @@ std::vector<Case> Cases() {
   std::vector<Case> cases;
   for (const char* solver : {"native", "ipopt", "nlopt"}) {
     for (const auto& [scenario, costs] : KnownCosts()) {
-      // IPOPT comes to rest where Parts is not feasible, from most of its starts.
+      // From most of its starts on Parts, IPOPT ends in an infeasible local minimum.
       if (scenario != "parts" || solver != std::string("ipopt")) cases.push_back({solver, scenario});
     }
   }
@@ -78,7 +79,7 @@ std::vector<Case> Cases() {
 INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()),
                          [](const auto& test) { return test.param.solver + "_" + test.param.scenario; });
 
-// max_iterations means what it says, with every solver: as many as that, be it more or fewer than needed.
+// max_iterations is the number of iterations with every solver, be it more or fewer than needed.
 TEST(MaxIterationsTest, IsTheBoundOfOneSolve) {
   EXPECT_FALSE(Plan({"nlopt", "stacking"}, 5).ok());
   for (const char* solver : {"native", "ipopt", "nlopt"}) {

@@ -4,8 +4,8 @@
 
 namespace tether::scene {
 
-/// The Coulomb coefficient with which two surfaces hold each other: that of the slipperier one, so that what
-/// has a friction of 0 slides on everything. The rule of the simulation and of the planner alike.
+/// The Coulomb coefficient between two surfaces: that of the slipperier one, so that a surface with a
+/// friction of 0 slides on everything. Simulation and planner use the same rule.
 inline double PairFriction(double a, double b) { return std::min(a, b); }
 
 }  // namespace tether::scene

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Directions in which a round outline is looked at: the error is 4e-6 of the footprint's extent.
+// Directions in which a round outline is sampled: the error is 4e-6 of the footprint's extent.
 constexpr int kDirections = 1024;
 
 /// The outline of a region: a disc about the origin, or the intersection of half planes.
@@ -71,7 +71,7 @@ Outline OutlineOf(const RegionForm& form) {
                     form);
 }
 
-/// Whether `frame` is `object` or hangs on it at the start.
+/// Whether `frame` is `object` or attached to it at the start.
 bool HangsOn(const Scene& scene, std::string frame, const std::string& object) {
   while (frame != kWorld) {
     if (frame == object) return true;

@@ -9,8 +9,8 @@
 
 namespace tether::scene {
 
-/// How an object stands to a region. Its footprint is its projection along the region's z axis; its foot is
-/// the lowest of it along that axis.
+/// How well an object fits in a region. Its footprint is its projection along the region's z axis; its foot
+/// is its lowest point along that axis.
 struct RegionFit {
   double outside = 0;  ///< How far the footprint reaches beyond the region's outline, m; negative: room left.
   double height = 0;  ///< How far the foot is from the region, m: from its plane, or from the solid's extent.
@@ -33,12 +33,13 @@ geometry::Polygon OutlinePolygon(const RegionForm& form);
 /// The area within a region's outline, m².
 double OutlineArea(const RegionForm& form);
 
-/// Where a region is when objects are at `X_WO`: its parents up to an object move with that.
+/// A region's pose in the world when objects are at `X_WO`: it moves with the object that it is attached to,
+/// directly or over other regions.
 math::Pose RegionPose(const Scene& scene, const std::map<std::string, math::Pose>& X_WO,
                       const Region& region);
 
-/// The regions that the object is in, when objects are at `X_WO`: in(object, region). Hubs are none. The
-/// smallest comes first, where they overlap. Not those that hang on the object itself.
+/// The regions that the object is in, when objects are at `X_WO`: in(object, region). Without hubs and
+/// regions attached to the object itself. Where they overlap, the smallest comes first.
 std::vector<const Region*> FindRegionsOf(const Scene& scene, const std::map<std::string, math::Pose>& X_WO,
                                          const Object& object);
 

@@ -43,7 +43,7 @@ double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down) {
   Eigen::Vector3d d = start;
   double lowest = height(d);
   for (int step = 0; step < kTipSteps; ++step) {
-    // The height has edges, along which its gradient leads nowhere: the best of many directions is taken.
+    // The height has edges, along which its gradient does not help: the best of many directions is used.
     const Eigen::Vector3d across = d.unitOrthogonal(), other = d.cross(across);
     Eigen::Vector3d best = d;
     for (int k = 0; k < kTipDirections; ++k) {
@@ -118,7 +118,7 @@ scene::Scene WithCarriers(const scene::Scene& scene) {
     const scene::Object* support = FindSupport(scene, X_WO, object);
     if (support == nullptr || support == parent) continue;
     if (!support->movable() && (parent == nullptr || !parent->movable())) continue;
-    // Nothing carries what carries it.
+    // Two objects don't carry each other.
     const scene::Object* below = hung.FindObject(support->name);
     while (below != nullptr && below->name != object.name) below = hung.FindObject(below->parent);
     if (below != nullptr) continue;

@@ -7,7 +7,7 @@
 
 namespace tether::scene {
 
-/// How one body stands to another.
+/// How one body rests on another.
 struct Resting {
   double distance = 0;        ///< Signed distance between the two, m.
   bool upward = false;        ///< The contact normal points up, to within 45°: one is above the other.
@@ -19,13 +19,13 @@ struct Resting {
   }
 };
 
-/// How `upper` stands to `lower`, from their shapes and poses in the world alone. Gravity is along −z.
+/// How `upper` rests on `lower`, from their shapes and poses in the world alone. Gravity is along −z.
 Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, const scene::Object& lower,
                     const math::Pose& X_WLower);
 
-/// How far a body, seen with `down` (unit, in its own frame) pointing down, is from standing on a face or
-/// lying on a side: the angle to the nearest direction in which its centre of mass is no longer lowered by
-/// turning, rad. What would tip by more than 0.2 rad counts as 0.2.
+/// How far a body, with `down` (unit, in its own frame) pointing down, is from standing on a face or lying on
+/// a side: the angle to the nearest orientation at which turning no longer lowers its centre of mass, rad; at
+/// most 0.2.
 double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down);
 
 /// Initial poses in the world of all objects.
@@ -36,9 +36,9 @@ std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene);
 const scene::Object* FindSupport(const scene::Scene& scene, const std::map<std::string, math::Pose>& X_WO,
                                  const scene::Object& object);
 
-/// The scene with each movable object hung on the movable one that carries it, as FindSupport() says,
-/// whatever frame its pose was written in; what was written on a movable object but stands on something fixed
-/// hangs on that. All poses in the world stay.
+/// The scene with each movable object attached to the movable one that carries it (FindSupport()), whatever
+/// frame its pose was written in; an object written on a movable one that stands on something fixed is
+/// attached to that. All poses in the world stay.
 scene::Scene WithCarriers(const scene::Scene& scene);
 
 }  // namespace tether::scene

@@ -18,7 +18,7 @@ inline constexpr const char* kWorld = "world";
 struct Object {
   std::string name;
   geometry::Shape shape;
-  std::optional<double> mass;           ///< kg; none: the object never moves by itself
+  std::optional<double> mass;           ///< kg; none: the object is fixed
   double friction = 0.8;                ///< Coulomb coefficient of its surface
   std::string parent = kWorld;          ///< The frame that the initial pose is given in.
   math::Pose X_ParentObject;            ///< Initial pose in the parent's frame.
@@ -56,8 +56,8 @@ struct Robot {
   math::Pose X_ParentBase;
 };
 
-/// What stands where at the start. Names are unique over objects, regions and robots ("one namespace of
-/// frames"). Objects are in file order; a parent may come after its child.
+/// The objects, regions and robots with their initial poses. Names are unique over objects, regions and
+/// robots ("one namespace of frames"). Objects are in file order; a parent may come after its child.
 class Scene {
  public:
   std::vector<Object> objects;
@@ -65,6 +65,7 @@ class Scene {
   std::vector<Robot> robots;
   std::map<std::string, std::vector<std::string>> groups;  ///< Named sets of regions.
 
+  /// By name; null if there is none.
   const Object* FindObject(const std::string& name) const;
   const Region* FindRegion(const std::string& name) const;
   const Robot* FindRobot(const std::string& name) const;
@@ -74,8 +75,8 @@ class Scene {
   math::Pose InitialPose(const std::string& name) const;
 };
 
-/// Where the objects are believed to be at a time: what a controller, the executive and the planner work
-/// from. Filled by the simulator's truth or by perception.
+/// The estimated poses of the objects at a time: the input of controller, executive and planner. Filled by
+/// the simulator's truth or by perception.
 struct WorldEstimate {
   double time = 0;                         ///< s
   std::map<std::string, math::Pose> X_WO;  ///< Pose of each object in the world.

@@ -20,7 +20,7 @@ using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 // where the collision function fails, and far below anything that a contact can feel.
 constexpr double kTooParallel = 1e-10;
 
-// Contacts deeper than the boxes really overlap, by more than this, are not believed, m.
+// Contacts that are deeper than the boxes overlap by more than this are wrong, m.
 constexpr double kFalseDepth = 1e-3;
 
 mjfCollision unguarded = nullptr;

@@ -10,6 +10,7 @@
 #include "tether/common/error.h"
 #include "tether/common/text.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/sim/rolling.h"
 
 namespace tether::sim {
 namespace {
@@ -122,6 +123,12 @@ void AddObject(const scene::Object& object, const math::Pose& X_WO, bool driven,
   }
 }
 
+template <typename Kind>
+bool HasPart(const scene::Object& object) {
+  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(),
+                     [](const geometry::Part& part) { return std::holds_alternative<Kind>(part.primitive); });
+}
+
 bool Contains(const auto& words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -137,7 +144,7 @@ void Prefix(XMLElement* element, const std::string& prefix) {
   }
 }
 
-// One robot's MJCF on its way into the scene's.
+// Converts one robot's MJCF for inclusion in the scene's.
 class RobotMerger {
  public:
   RobotMerger(const scene::Robot& robot, const robot::Model& model, const math::Pose& X_WB, XMLElement* root)
@@ -273,11 +280,7 @@ constexpr const char* kFrame = R"(<mujoco model="tether">
 
 }  // namespace
 
-bool HasHull(const scene::Object& object) {
-  return std::any_of(object.shape.parts.begin(), object.shape.parts.end(), [](const geometry::Part& part) {
-    return std::holds_alternative<geometry::Hull>(part.primitive);
-  });
-}
+bool HasHull(const scene::Object& object) { return HasPart<geometry::Hull>(object); }
 
 std::string ObjectBodyName(const std::string& object) { return "object/" + object; }
 std::string RobotPrefix(const std::string& robot) { return robot + "/"; }
@@ -287,17 +290,19 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   document.Parse(kFrame);
   XMLElement* root = document.RootElement();
   root->FirstChildElement("option")->SetAttribute("timestep", Text({composition.timestep}).c_str());
-  int bodies = static_cast<int>(composition.driven.size());
-  for (const scene::Object& object : scene.objects) {
-    if (object.movable()) bodies += static_cast<int>(object.shape.parts.size());
-  }
-  const int contacts = composition.contacts ? 100 + 24 * bodies : 1;
+  const bool roll = std::any_of(scene.objects.begin(), scene.objects.end(), [](const scene::Object& object) {
+    return object.movable() && Rolls(object.shape);
+  });
+  const int contacts = std::max(1, composition.contact_room);
   root->FirstChildElement("size")->SetAttribute("nconmax", contacts);
-  root->FirstChildElement("size")->SetAttribute("njmax", 4 * contacts + 100);
+  root->FirstChildElement("size")->SetAttribute("njmax", (roll ? 6 : 4) * contacts + 100);
 
-  // Without it, hulls get one contact point only, on which nothing stands. Other pairs don't ask for it.
-  const bool hulls = std::any_of(scene.objects.begin(), scene.objects.end(), HasHull);
-  if (hulls) {
+  // Without it, hulls and cylinders get one contact point only, on which nothing stands still. Other pairs
+  // don't use it.
+  const bool one_point = std::any_of(scene.objects.begin(), scene.objects.end(), [](const auto& object) {
+    return HasPart<geometry::Hull>(object) || HasPart<geometry::Cylinder>(object);
+  });
+  if (one_point) {
     root->FirstChildElement("option")->InsertNewChildElement("flag")->SetAttribute("multiccd", "enable");
   }
 

@@ -11,7 +11,7 @@
 
 namespace tether::sim {
 
-/// What of a scene goes into an MJCF text besides the scene itself.
+/// What goes into a scene's MJCF text besides the scene itself.
 struct Composition {
   double timestep = 0.001;                                            ///< s
   std::map<std::string, std::shared_ptr<const robot::Model>> models;  ///< By robot name.
@@ -19,8 +19,8 @@ struct Composition {
   /// Fixed objects that move on rails: bodies with the inertia of a mountain, whose position and velocity are
   /// set.
   std::set<std::string> driven;
-  bool contacts =
-      true;  ///< Room for as many contacts as there may be; otherwise for none, which is compiled fast.
+  /// Room for so many contacts; memory grows with the square of it. With none it is compiled fast.
+  int contact_room = 0;
 };
 
 /// The body and the joint (if it has one) of an object, and the body of a robot's base, in the composed MJCF.

@@ -66,7 +66,7 @@ TEST(MoveObjectTest, AFixedObjectCarriesWhatRestsOnIt) {
   const double fastest = RunWatching(&world, "shelf", 1.5);
   EXPECT_LT(fastest, 0.25);
   ExpectNear(PoseOf(world, "shelf"), goal, 1e-9, 1e-7);
-  // The box rode along with the shelf; so did the rim, which is mounted on it.
+  // The box moved with the shelf; so did the rim, which is mounted on it.
   ExpectNear(PoseOf(world, "box"), goal * X_WShelf.Inverse() * X_WBox, 1e-3, 5e-3);
   ExpectNear(PoseOf(world, "rim"), goal * math::Pose(Eigen::Vector3d(0, 0.14, 0.075)), 1e-9, 1e-7);
   EXPECT_EQ(world.ObjectVelocity("box").norm() > 0.01, false);
@@ -95,7 +95,7 @@ TEST(MoveObjectTest, AWallHoldsAMovableObjectUp) {
   world.MoveObject("box", math::Pose(Eigen::Vector3d(0.6, 0, 0.025)), 1.0);
   const double fastest = RunWatching(&world, "box", 2.0);
   EXPECT_LT(fastest, 0.8);
-  // It leaned on the wall, and may have sprung back a little when it was let go.
+  // It leaned on the wall, and may have sprung back a little when it was released.
   EXPECT_NEAR(PoseOf(world, "box").p.x(), 0.46, 6e-3);
 }
 

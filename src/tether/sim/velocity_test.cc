@@ -77,7 +77,7 @@ TEST_P(VelocityTest, VelocitiesAreLimitedAndChecked) {
 
 INSTANTIATE_TEST_SUITE_P(Robots, VelocityTest, ::testing::Values("j2n6s300", "panda"));
 
-// A box 4 cm wide, taken from above between three fingers, is lifted and held for ten seconds.
+// A box 4 cm wide, grasped from above between three fingers, is lifted and held for ten seconds.
 TEST(ThreeFingersTest, HoldABoxByFriction) {
   const Arm arm{"j2n6s300", Jaco()};
   scene::Scene scene;

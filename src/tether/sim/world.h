@@ -17,8 +17,8 @@ struct WorldOptions {
 };
 
 /// Throws InputError for a scene that can't be simulated, as World does, but without the memory and the time
-/// that a World takes: only what may be refused is tried, which shipped robots and plain shapes are not.
-/// `X_WO` holds the initial poses of all objects.
+/// that a World needs: only what may be refused is compiled, not the shipped robots and plain shapes. `X_WO`
+/// holds the initial poses of all objects.
 void RequireSimulable(const scene::Scene& scene,
                       const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
                       const std::map<std::string, math::Pose>& X_WO);
@@ -37,6 +37,7 @@ class World : public robot::Interface {
         const WorldOptions& options = {});
   ~World() override;
 
+  /// Simulated time since the start, s.
   double time() const;
   robot::Observations Observe() const override;
   /// The same in place: no allocation once `observations` has been filled by an earlier call.
@@ -61,11 +62,11 @@ class World : public robot::Interface {
   /// that have a fixed object as their parent move with it, here and in MoveObject.
   void PlaceObject(const std::string& object, const math::Pose& X_WO);
   /// A disturbance: drives an object from where it is to `X_WO_goal` over `duration` seconds (> 0) at finite
-  /// speed, fixed objects included; things that rest on it ride along by friction. Speed rises and falls
-  /// smoothly and peaks at 15/8 of the mean, or is the same all the way if `steady`. Fixed objects push with
-  /// any force; a movable one only with its own momentum, so that what blocks it holds it up, and is free
-  /// again afterwards. A second call replaces the first. Throws InputError for an object that isn't there and
-  /// a duration that is not positive.
+  /// speed, fixed objects included; objects that rest on it are carried along by friction. Speed rises and
+  /// falls smoothly and peaks at 15/8 of the mean, or is constant if `steady`. Fixed objects push with any
+  /// force; a movable one only with its own momentum, so that an obstacle stops it, and is free again
+  /// afterwards. A second call replaces the first. Throws InputError for an object that isn't there and a
+  /// duration that is not positive.
   void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration,
                   bool steady = false);
 

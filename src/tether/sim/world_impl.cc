@@ -18,12 +18,13 @@
 #include "tether/robot/mujoco_setup.h"
 #include "tether/sim/box_collision.h"
 #include "tether/sim/composer.h"
+#include "tether/sim/rolling.h"
 
 namespace tether::sim {
 namespace {
 
-// A finger's servo to an opening: stiffness in N/m, and the force at which it gives in, which also bounds the
-// fingers' speed.
+// A finger's servo to an opening: stiffness in N/m, and the force at which it saturates, which also bounds
+// the fingers' speed.
 constexpr double kFingerStiffness = 4000;
 constexpr double kFingerServoForce = 20;
 // The same for fingers on hinges, in Nm/rad.
@@ -125,7 +126,6 @@ void RequireSimulable(const scene::Scene& scene,
   Composition composition;
   composition.models = models;
   composition.X_WO = X_WO;
-  composition.contacts = false;
   LoadText(ComposeMjcf(doubtful, composition));
 }
 
@@ -138,10 +138,23 @@ math::Pose Drive::At(double time) const {
   return {start.R * math::ExpSO3(share * change.tail<3>()), start.p + share * change.head<3>()};
 }
 
+namespace {
+
+/// A box on a box has 4 contacts, or 8 where they are turned; one that carries another has those of both.
+int FirstContactRoom(const scene::Scene& scene) {
+  int parts = 0;
+  for (const scene::Object& object : scene.objects) {
+    if (object.movable()) parts += static_cast<int>(object.shape.parts.size());
+  }
+  return 100 + 6 * parts;
+}
+
+}  // namespace
+
 World::Impl::Impl(const scene::Scene& scene_in,
                   const std::map<std::string, std::shared_ptr<const robot::Model>>& models_in,
                   const WorldOptions& options_in)
-    : scene(scene_in), models(models_in), options(options_in) {
+    : scene(scene_in), models(models_in), options(options_in), contact_room(FirstContactRoom(scene_in)) {
   robot::PrepareMujoco();
   GuardBoxCollision();
   if (!std::isfinite(options.timestep) || options.timestep <= 0) {
@@ -183,6 +196,7 @@ World::Impl::Impl(const scene::Scene& scene_in,
 void World::Impl::Compile() {
   Composition composition;
   composition.timestep = options.timestep;
+  composition.contact_room = contact_room;
   composition.models = models;
   for (const ObjectEntry& object : objects) {
     composition.X_WO[object.name] = ObjectPose(object);
@@ -253,14 +267,22 @@ void World::Impl::FindIds() {
       }
     }
   }
-  // MuJoCo takes the greater of two coefficients, but those of the geom that goes first where they differ in
-  // that. The slipperier goes first (scene::PairFriction).
+  // MuJoCo uses the greater of two coefficients, or where priorities differ those of the geom with the higher
+  // one. The slipperier geom gets the higher priority (scene::PairFriction).
   std::set<double, std::greater<>> frictions;
   for (int geom = 0; geom < model->ngeom; ++geom) frictions.insert(model->geom_friction[3 * geom]);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const auto rank = frictions.find(model->geom_friction[3 * geom]);
     model->geom_priority[geom] = static_cast<int>(std::distance(frictions.begin(), rank));
   }
+  std::vector<bool> rolls(static_cast<size_t>(model->ngeom), false);
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    const int object = owner[model->geom_bodyid[geom]];
+    if (object < 0 || object >= static_cast<int>(objects.size())) continue;
+    const scene::Object& one = scene.objects[static_cast<size_t>(object)];
+    rolls[static_cast<size_t>(geom)] = one.movable() && Rolls(one.shape);
+  }
+  SetRollingFriction(model.get(), rolls);
   // What is fixed never collides with what is fixed: tables stand under robot bases, shelves on tables. A
   // robot's own masks, where it has any, are left alone.
   for (int geom = 0; geom < model->ngeom; ++geom) {
@@ -349,8 +371,8 @@ void World::Impl::FollowDrives() {
     }
     const math::Pose X_WO = ObjectPose(object);
     const math::Pose X_now = drive->second.At(now);
-    // What it slides on brakes it within a step, and what stands on it would feel that speed and lag: a force
-    // of a few times its weight at most is found that makes up for it.
+    // The surface that it slides on brakes it within a step, and what stands on it would lag behind: a force
+    // of at most a few times its weight compensates for that.
     if (now > drive->second.begin + 0.5 * options.timestep) {
       const double mass = model->body_mass[object.body];
       Eigen::Map<Eigen::Vector2d> force(data->qfrc_applied + object.dof);
@@ -359,7 +381,7 @@ void World::Impl::FollowDrives() {
       const double most = kDriveForce * mass * std::abs(model->opt.gravity[2]);
       if (force.norm() > most) force *= most / force.norm();
     }
-    // What blocks the object may hold it up: the catching up is limited to the speed of the motion's middle.
+    // An obstacle may stop the object: its speed while it catches up is limited to the motion's greatest.
     const double reach = 2 / (kCatchUp * drive->second.duration);
     Eigen::Vector3d lag = X_now.p - X_WO.p;
     Eigen::Vector3d turn = math::LogSO3(X_now.R * X_WO.R.transpose());
@@ -378,7 +400,7 @@ void World::Impl::ServoVelocity(RobotEntry& robot) {
     const double q = data->qpos[robot.qpos[i]];
     double& reference = robot.reference[static_cast<Eigen::Index>(i)];
     const double velocity = robot.velocity[static_cast<Eigen::Index>(i)];
-    // An arm that is held up does not wind the reference up.
+    // The reference of an arm that is blocked does not wind up.
     reference = std::clamp(reference + velocity * options.timestep, q - kServoLeash, q + kServoLeash);
     acceleration[robot.dof[i]] = kServoStiffness * (reference - q) +
                                  2 * std::sqrt(kServoStiffness) * (velocity - data->qvel[robot.dof[i]]);
@@ -429,9 +451,19 @@ void World::Impl::CheckStable() const {
   }
 }
 
+bool World::Impl::LacksRoom() const {
+  return data->warning[mjWARN_CONTACTFULL].number > 0 || data->warning[mjWARN_CNSTRFULL].number > 0;
+}
+
 void World::Impl::Step() {
   FollowDrives();
   mj_step1(model.get(), data.get());
+  while (LacksRoom()) {
+    contact_room *= 2;
+    Compile();
+    FollowDrives();
+    mj_step1(model.get(), data.get());
+  }
   ApplyForces();
   mj_step2(model.get(), data.get());
   CheckStable();

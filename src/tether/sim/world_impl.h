@@ -64,6 +64,7 @@ struct World::Impl {
   const std::map<std::string, std::shared_ptr<const robot::Model>> models;
   const WorldOptions options;
 
+  int contact_room;  ///< Contacts that there is room for; grows when they get more.
   std::unique_ptr<mjModel_, DeleteMujoco> model;
   std::unique_ptr<mjData_, DeleteMujoco> data;
   std::vector<ObjectEntry> objects;
@@ -99,6 +100,8 @@ struct World::Impl {
   /// Torques of a robot's own velocity servo, which carries the arm's weight.
   void ServoVelocity(RobotEntry& robot);
   void CheckStable() const;
+  /// Contacts or constraints were left out of the last step because there was no room for them.
+  bool LacksRoom() const;
 };
 
 }  // namespace tether::sim

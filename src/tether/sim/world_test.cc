@@ -71,6 +71,24 @@ TEST(WorldTest, ABoxOnATableStaysPut) {
   EXPECT_LT(world.ObjectVelocity("box").norm(), 1e-4);
 }
 
+// A board on 66 posts has 264 contacts, more than there is room for at first.
+TEST(WorldTest, RoomForContactsGrows) {
+  scene::Scene scene;
+  for (int i = 0; i < 11; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      scene.objects.push_back(MakeObject("post_" + std::to_string(i) + "_" + std::to_string(j),
+                                         geometry::Box{{0.02, 0.02, 0.1}},
+                                         {0.1 * (i - 5), 0.1 * (j - 2.5), 0.05}));
+    }
+  }
+  scene.objects.push_back(MakeObject("board", geometry::Box{{1.2, 0.7, 0.02}}, {0, 0, 0.11}, 2));
+  World world(scene, {});
+  RunFor(&world, 1.0);
+  EXPECT_LT((PoseOf(world, "board").p - Eigen::Vector3d(0, 0, 0.11)).norm(), 1e-4);
+  EXPECT_LT(math::AngleBetween(PoseOf(world, "board").R, Eigen::Matrix3d::Identity()), 1e-4);
+  for (const char* post : {"post_0_0", "post_10_5"}) EXPECT_GT(world.ContactForce("board", post), 0.05);
+}
+
 // On an inclined plane Coulomb's law decides: it holds below atan(friction) and slides above.
 TEST(WorldTest, FrictionIsCoulombs) {
   for (const double slope : {0.35, 0.42}) {

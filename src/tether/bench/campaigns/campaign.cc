@@ -8,8 +8,8 @@
 #include "tether/bench/campaigns/campaign_scene.h"
 #include "tether/common/error.h"
 #include "tether/common/limits.h"
-#include "tether/common/output_header.h"
-#include "tether/common/record_file.h"
+#include "tether/common/output/output_header.h"
+#include "tether/common/output/record_file.h"
 #include "tether/robot/model.h"
 
 namespace tether::bench {
@@ -134,7 +134,7 @@ void CampaignOptions::Validate() const {
   }
   for (const std::string& kind : kinds) {
     if (name == "growth") {
-      diagnostics.Add({}, "--kind says nothing to campaign 'growth'", "its scenes are towers of Hanoi");
+      diagnostics.Add({}, "--kind has no effect on campaign 'growth'", "its scenes are towers of Hanoi");
       continue;
     }
     const std::vector<std::string> kinds_of = KindsOf(name);
@@ -143,11 +143,11 @@ void CampaignOptions::Validate() const {
                       kinds_of.size() == 2 ? "reach or stack" : JoinAlternatives(kinds_of));
   }
   if (!scenario.empty() && name != "control")
-    diagnostics.Add({}, "--scenario says nothing to campaign '" + name + "'", "with campaign 'control'");
+    diagnostics.Add({}, "--scenario has no effect on campaign '" + name + "'", "with campaign 'control'");
   if (no_robot && name == "control")
-    diagnostics.Add({}, "--no-robot says nothing to campaign 'control'", "its plans are executed by an arm");
+    diagnostics.Add({}, "--no-robot has no effect on campaign 'control'", "its plans are executed by an arm");
   else if (no_robot && name != "execution")
-    diagnostics.Add({}, "--no-robot says nothing to campaign '" + name + "'",
+    diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
                     "it plans without the arm anyway");
   if (scenes && (*scenes < 1 || *scenes > kMostScenes))
     diagnostics.Add({}, "--scenes is " + std::to_string(*scenes),

@@ -12,12 +12,12 @@
 
 namespace tether::bench {
 
-/// A question that is asked of many random scenes. Planning is without the arm (`--no-robot`) but in campaign
+/// A measurement on many random scenes. Planning is without the arm (`--no-robot`) but in campaign
 /// `execution`, with the native solver, in one thread.
 struct CampaignOptions {
   std::string name;                ///< One of CampaignNames().
   std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter; of runs, for
-                                   ///< control: seeds, moved, crossing. Empty: all. growth takes none.
+                                   /// < control: seeds, moved, crossing. Empty: all. growth has none.
   std::optional<int>
       scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
   bool no_robot = false;  ///< Of execution: plan without the arm.
@@ -43,15 +43,15 @@ struct CampaignResult {
 /// Called after each scene, with its number among all, how many there are, and its record.
 using RecordCallback = std::function<void(int, int, const Value&)>;
 
-/// Measures all scenes. Scenes that `output` holds already are taken from there; each further one is added to
-/// it as soon as it is finished, so that an interrupted campaign goes on where it ended. A last line without
-/// its end is cut off. Throws InputError for wrong options, and for a file that is of another campaign.
+/// Measures all scenes. Records of scenes that `output` holds already are used; each further one is added to
+/// it as soon as it is finished, so that an interrupted campaign can be continued. An incomplete last line is
+/// dropped. Throws InputError for wrong options, and for a file that is of another campaign.
 CampaignResult RunCampaign(const CampaignOptions& options, const RecordCallback& on_record = {});
 
 /// A line of progress for people, for RecordCallback; empty where there is nothing to tell.
 std::string CampaignLine(int number, int count, const Value& record);
 
-/// What the records say together, format `tether.campaign/1`.
+/// The summary of the records, format `tether.campaign/1`.
 Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& result);
 /// The same for people.
 std::string CampaignTable(const Value& summary);

@@ -12,7 +12,7 @@ namespace tether::bench {
 std::optional<Value> MeasureControl(const CampaignScene& scene, const std::string& scenario,
                                     const std::atomic<bool>* stop);
 
-/// What the records of one kind say together.
+/// The summary of the records of one kind.
 Value SummarizeControl(const std::vector<const Value*>& records);
 /// The same for people, of one row of the summary.
 std::string ControlText(const Value& row);

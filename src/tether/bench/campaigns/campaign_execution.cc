@@ -93,7 +93,7 @@ std::string ExecutionText(const Value& row) {
                      " that were planned reach the goal (" + Fixed(100 * share, 1) + " %), " +
                      TextOf(row, "scenes") + " scenes; " + TextOf(row, "with_retries") + " with retries, " +
                      TextOf(row, "not_witnessed") +
-                     " with key poses that the arm can't take\n  planning, CPU time: median " +
+                     " with key poses without an IK solution\n  planning, CPU time: median " +
                      Fixed(1e3 * row.Find("plan_cpu_s")->Find("median")->number(), 1) + " ms, p99 " +
                      Fixed(1e3 * row.Find("plan_cpu_s")->Find("p99")->number(), 1) + " ms\n";
   for (const Value& failure : row.Find("failures")->items())

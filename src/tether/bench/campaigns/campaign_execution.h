@@ -12,7 +12,7 @@ namespace tether::bench {
 std::optional<Value> MeasureExecution(const CampaignScene& scene, bool no_robot,
                                       const std::atomic<bool>* stop);
 
-/// What the records of one kind of scenes say together.
+/// The summary of the records of one kind of scenes.
 Value SummarizeExecution(const std::vector<const Value*>& records);
 /// The same for people, of one row of the summary.
 std::string ExecutionText(const Value& row);

@@ -20,7 +20,7 @@ namespace tether::bench {
 namespace {
 
 constexpr double kIpoptLimit = 10;  // s per solve
-constexpr double kLeastTime = 0.1;  // s: what is shorter is measured again
+constexpr double kLeastTime = 0.1;  // s: shorter times are measured again
 constexpr int kMostRepetitions = 9;
 constexpr int kWarmRepetitions = 3;
 constexpr double kFarthestMove = 0.05, kMoveGap = 0.01;  // m
@@ -97,7 +97,8 @@ struct RestartResult {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-/// Every discrete choice is the planner's first with probability ½, else any; what is chosen may open others.
+/// Every discrete choice is the planner's first with probability ½, else any; a choice may lead to further
+/// ones.
 planning::Variant DrawVariant(const planning::SceneFacts& facts,
                               const std::vector<planning::BoundStep>& steps, Random& random) {
   planning::Variant variant;
@@ -130,7 +131,7 @@ RestartResult Restart(const planning::SceneFacts& facts, const std::vector<std::
       nlp::MakeSolver(nlp::Backend::kNative)->Solve(key_poses.program, key_poses.guess, options);
   if (static_cast<int>(result.x.poses.size()) != key_poses.program.num_poses()) return outcome;
   const planning::CheckResult check = planning::CheckKeyPoses(facts, steps, result.x.poses);
-  // The same is asked of it as of the planner's own results.
+  // It is judged like the planner's own results.
   outcome.feasible = check.Feasible(problem.program) && planning::KeepsRows(result);
   if (outcome.feasible) outcome.cost = check.cost;
   return outcome;
@@ -155,7 +156,7 @@ struct MovedScene {
   double distance = 0;  ///< m
 };
 
-/// One movable object, by up to 5 cm to where it stands on the same thing and is clear of all others.
+/// Moves one movable object, by up to 5 cm, to where it has the same support and is clear of all others.
 std::optional<MovedScene> MoveOneObject(const scene::Scene& scene, Random random) {
   std::vector<size_t> movable;
   for (size_t i = 0; i < scene.objects.size(); ++i) {

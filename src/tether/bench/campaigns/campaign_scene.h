@@ -9,12 +9,12 @@
 
 namespace tether::bench {
 
-/// What the campaigns measure on one scene; not for users.
+/// Measurements of the campaigns on one scene; not for users of the room.
 
 /// A scene of a campaign.
 struct CampaignScene {
   std::string kind;  ///< A kind of Generate().
-  int blocks = 0;    ///< For those that take it.
+  int blocks = 0;    ///< For the kinds that have it.
   uint64_t seed = 0;
 
   /// "reach 17", "hanoi of 5 blocks 1".
@@ -40,8 +40,8 @@ std::optional<Value> MeasureQuality(const CampaignScene& scene, const SceneMeasu
 /// interrupted.
 std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasurementOptions& options);
 
-/// Plans the scene, moves one object by up to 5 cm, and optimises the best candidate again: cold, as if
-/// nothing were known of it, and warm, with planning::Reoptimize. Empty if interrupted.
+/// Plans the scene, moves one object by up to 5 cm, and optimises the best candidate again: from a cold
+/// start, and from a warm one with planning::Reoptimize. Empty if interrupted.
 std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMeasurementOptions& options);
 
 }  // namespace tether::bench

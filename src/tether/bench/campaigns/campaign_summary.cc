@@ -7,7 +7,7 @@
 #include "tether/bench/campaigns/campaign_control.h"
 #include "tether/bench/campaigns/campaign_execution.h"
 #include "tether/bench/process_time.h"
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 
 namespace tether::bench {

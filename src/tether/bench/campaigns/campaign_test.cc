@@ -108,7 +108,7 @@ TEST_F(CampaignTest, MistakesNameTheOptionAndWhatIsAccepted) {
   options = {};
   options.name = "growth";
   options.kinds = {"reach"};
-  EXPECT_THAT(Error(options), HasSubstr("--kind says nothing to campaign 'growth'"));
+  EXPECT_THAT(Error(options), HasSubstr("--kind has no effect on campaign 'growth'"));
 }
 
 Value Parse(const std::string& text) { return ParseYaml(text, "record"); }

@@ -13,7 +13,7 @@ class JsonReader {
 
   bool Read(Value* value) {
     SkipSpace();
-    // Anything else is left to YAML, whose reader says more about what is wrong.
+    // Anything else is left to YAML, whose reader has better messages.
     if (!Sees('{') && !Sees('[')) return false;
     if (!ReadValue()) return false;
     SkipSpace();

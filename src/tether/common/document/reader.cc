@@ -64,7 +64,9 @@ bool ObjectReader::Bool(std::string_view key, bool fallback) {
 
 std::string ObjectReader::Text(std::string_view key, std::string fallback) {
   const Value* member = Optional(key);
-  return member ? ReadText(*member, "'" + std::string(key) + "' of " + what_, diagnostics_) : fallback;
+  if (member == nullptr) return fallback;
+  if (member->is_scalar() && member->AsText().empty()) return "";
+  return ReadText(*member, "'" + std::string(key) + "' of " + what_, diagnostics_);
 }
 
 Eigen::VectorXd ObjectReader::Vector(std::string_view key, const Eigen::VectorXd& fallback) {
@@ -155,9 +157,13 @@ bool ReadBool(const Value& value, const std::string& what, Diagnostics& diagnost
 }
 
 std::string ReadText(const Value& value, const std::string& what, Diagnostics& diagnostics) {
-  if (value.is_scalar()) return value.AsText();
-  diagnostics.Add(value.where(), what + " is " + Shown(value), "text is accepted");
-  return "";
+  if (!value.is_scalar()) {
+    diagnostics.Add(value.where(), what + " is " + Shown(value), "text is accepted");
+    return "";
+  }
+  std::string text = value.AsText();
+  if (text.empty()) diagnostics.Add(value.where(), what + " is empty", "text is accepted");
+  return text;
 }
 
 std::optional<Eigen::VectorXd> ReadVector(const Value& value, int size, const std::string& what,

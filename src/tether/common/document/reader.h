@@ -9,7 +9,7 @@
 
 namespace tether {
 
-/// Reads a map key by key, gathering every mistake, and reports keys that nobody asked for.
+/// Reads a map key by key, gathers every mistake, and reports unknown keys.
 ///
 /// Each getter returns its fallback after adding a diagnostic, so that reading goes on and a file's mistakes
 /// are reported together. `what` names the map in messages: "object 'box'".
@@ -23,10 +23,13 @@ class ObjectReader {
   /// The member, or null after reporting its absence. `accepted` says what it should hold.
   const Value* Required(std::string_view key, std::string_view accepted);
 
+  /// The value under the key, read as by ReadNumber() and the like below; the fallback if it is absent, or
+  /// after a diagnostic.
   double Number(std::string_view key, double fallback);
   int Integer(std::string_view key, int fallback);
   uint64_t Natural(std::string_view key, uint64_t fallback);
   bool Bool(std::string_view key, bool fallback);
+  /// May be empty, which for a name is the same as leaving the key out.
   std::string Text(std::string_view key, std::string fallback);
   Eigen::VectorXd Vector(std::string_view key, const Eigen::VectorXd& fallback);
   std::vector<std::string> TextList(std::string_view key);
@@ -58,6 +61,7 @@ int ReadInteger(const Value& value, const std::string& what, Diagnostics& diagno
 uint64_t ReadNatural(const Value& value, const std::string& what, Diagnostics& diagnostics,
                      uint64_t fallback = 0);
 bool ReadBool(const Value& value, const std::string& what, Diagnostics& diagnostics, bool fallback = false);
+/// A text that is not empty.
 std::string ReadText(const Value& value, const std::string& what, Diagnostics& diagnostics);
 /// A list of `size` finite numbers; any size if `size` is negative.
 std::optional<Eigen::VectorXd> ReadVector(const Value& value, int size, const std::string& what,

@@ -13,7 +13,7 @@
 
 namespace tether {
 
-/// A node of a document: what YAML and JSON files hold, with the place in the file where it stands.
+/// A node of a YAML or JSON document, with its place in the file.
 ///
 /// One type serves reading and writing. Objects keep the order in which their keys were written. A scalar
 /// read from a file keeps its text, so that an error can show what the user wrote.
@@ -40,7 +40,7 @@ class Value {
   Value(std::string_view value);        // NOLINT
   Value(const char* value);             // NOLINT
   Value(const Eigen::VectorXd& value);  // NOLINT
-  /// What an unquoted scalar of YAML or a literal of JSON means: true, false, a number, else text. Keeps
+  /// The value of an unquoted scalar of YAML or a literal of JSON: true, false, a number, else text. Keeps
   /// `text`.
   static Value FromText(std::string text);
   static Value Array() { return Value(Kind::kArray); }
@@ -69,7 +69,7 @@ class Value {
 
   const std::vector<Value>& items() const { return items_; }
   void Append(Value value) { items_.push_back(std::move(value)); }
-  /// Adds a member whose key is new, which the caller knows.
+  /// Adds a member whose key must be new.
   void AppendMember(std::string key, Location where, Value value);
 
   const std::vector<Member>& members() const;
@@ -103,7 +103,7 @@ struct Value::Member {
 /// otherwise fill any memory.
 inline constexpr int kMaxDepth = 200;                 ///< Lists and maps within each other.
 inline constexpr size_t kMaxValues = 4'000'000;       ///< All together.
-inline constexpr size_t kMaxAliasedValues = 100'000;  ///< Of those, what anchors and aliases add.
+inline constexpr size_t kMaxAliasedValues = 100'000;  ///< Of those, copies made by aliases.
 
 /// Parses YAML (JSON is a part of it): one document, in UTF-8. `file` names the text in errors. Throws
 /// InputError, with the place, on malformed text, a second document, a key that is given twice or is no text,

@@ -10,13 +10,14 @@
 
 namespace tether {
 
-/// Puts a document together from what a reader comes upon, in the order of the text, within kMaxDepth and
-/// kMaxValues. Throws InputError beyond them, and for a key that is given twice.
+/// Builds a document from a reader's events, in the order of the text, within kMaxDepth and kMaxValues.
+/// Throws InputError beyond them, and for a key that is given twice.
 class ValueBuilder {
  public:
   /// Names a value for Alias(); 0: none.
   using Anchor = size_t;
 
+  /// Begins a list or map; the values up to the matching End() belong to it.
   void Begin(Value::Kind kind, Location where, Anchor anchor = 0);
   void End();
   /// A scalar or null, or the key of the next member where a map expects one.
@@ -56,7 +57,7 @@ class ValueBuilder {
   Value root_;
 };
 
-/// Reads strict JSON, of any length of keys; false, with nothing said, if the text is not that.
+/// Reads strict JSON, with keys of any length; false, without a message, if the text is none.
 bool ParseStrictJson(std::string_view text, const std::string& file, Value* value);
 
 }  // namespace tether

@@ -17,7 +17,7 @@ Location PlaceOf(const YAML::Mark& mark, const std::string& file) {
   return {file, mark.line + 1, mark.column + 1};
 }
 
-/// Turns what yaml-cpp comes upon into values.
+/// Turns yaml-cpp's events into values.
 class Events : public YAML::EventHandler {
  public:
   explicit Events(std::string file) : file_(std::move(file)) {}
@@ -92,7 +92,7 @@ void RequireText(std::string_view text, const std::string& file) {
 
 Value ParseYaml(std::string_view text, const std::string& file) {
   RequireText(text, file);
-  // JSON is YAML, but yaml-cpp takes no key of more than 1,024 characters.
+  // JSON is YAML, but yaml-cpp accepts no key of more than 1,024 characters.
   Value value;
   if (ParseStrictJson(text, file, &value)) return value;
   Events events(file);

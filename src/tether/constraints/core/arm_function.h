@@ -14,8 +14,8 @@
 namespace tether::constraints {
 
 /// A vector-valued function of the arm's joint positions q and of the poses of a few frames, all given in one
-/// common frame; the first is the robot's base B. It never changes when all poses are moved together. What a
-/// PoseFunction is for objects, for configurations that witness key poses (docs/architecture.md,
+/// common frame; the first is the robot's base B. It does not change when all poses are moved together. A
+/// PoseFunction for IK solutions: the rows of key poses' configurations (docs/architecture.md,
 /// "Conventions").
 class ArmFunction {
  public:

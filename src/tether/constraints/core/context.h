@@ -24,7 +24,7 @@ struct FrameAt {
   int step = -1;
 };
 
-/// One way to satisfy a discrete part of a constraint: which part to grasp, which face to push.
+/// An option of a discrete choice that a constraint leaves: which part to grasp, which face to push.
 struct Option {
   std::string label;
   double score = 0;  ///< About what it adds to the cost of a plan; lower is tried first.
@@ -32,11 +32,13 @@ struct Option {
 /// What turning the hand adds to the cost, for scores, per rad² (Paper A, eq. (4), with its weights).
 inline constexpr double kTurnWeight = 1.5;
 
-/// What a constraint may know when it is built or judged at one step of a skeleton: a view, made by planning.
+/// What a constraint sees when its rows are built, or its test is made, at one step of a skeleton: a view
+/// that planning implements.
 class Context {
  public:
   virtual ~Context() = default;
 
+  /// Index of the present step, and its control and target frame by name.
   virtual int step() const = 0;
   virtual const std::string& control() const = 0;
   virtual const std::string& target() const = 0;
@@ -49,29 +51,29 @@ class Context {
   virtual const geometry::Shape* ShapeOf(const std::string& frame) const = 0;
   /// Pose in the world: while building, of the guess so far; while judging, of the plan.
   virtual math::Pose PoseAt(const FrameAt& frame) const = 0;
-  /// What an object hangs on after the present step: what it was last put down on, or its parent at the
-  /// start.
+  /// The frame that an object is attached to after the present step: what it was last put down on, or its
+  /// parent at the start.
   virtual std::string ParentOf(const std::string& object) const = 0;
   /// Unit vector, in the object's frame, of the outward normal of the face that it stands on or last stood
   /// on.
   virtual Eigen::Vector3d DownFace(const std::string& object) const = 0;
-  /// From where the hand comes to what it grasps at the present step: "down", or what a `graspable` there
-  /// says.
+  /// The approach of the present step's grasp: "down", or what a `graspable` of that step says.
   virtual const std::string& approach() const = 0;
-  /// What the present step's verbs close the fingers on this object with, N at each pad; none if they don't.
+  /// The force with which the present step's verbs close the fingers on this object, N at each pad; none if
+  /// they don't.
   virtual std::optional<double> grip_force(const std::string& object) const = 0;
   /// How far inside an object the hand's origin has to be at the present step, m; none if that is not asked.
   virtual std::optional<double> grip_margin(const std::string& object) const = 0;
-  /// Picks among the ways for the choice called `key`; the same key gives the same answer within one program.
-  /// `options` must not be empty.
+  /// The index of the option chosen for the choice called `key`; the same key gives the same answer within
+  /// one program. `options` must not be empty.
   virtual int Choose(const std::string& key, const std::vector<Option>& options) const = 0;
-  /// What was worked out before for this problem: follows from shapes and parameters alone.
+  /// Results kept for this problem: those that follow from shapes and parameters alone.
   virtual const Memo& memo() const = 0;
-  /// What was worked out before for this program: follows from poses before the present step as well.
+  /// Results kept for this program: those that also depend on poses before the present step.
   virtual const Memo& program_memo() const = 0;
 };
 
-/// Takes the rows that a constraint adds to a program.
+/// Receives the rows that a constraint adds to a program.
 class RowSink {
  public:
   virtual ~RowSink() = default;
@@ -82,19 +84,20 @@ class RowSink {
   /// This pair touches on purpose at that step: it gets no collision row (ERRATA A12). With `part_a` ≥ 0 only
   /// that part of `a`.
   virtual void Exempt(int step, const std::string& a, const std::string& b, int part_a = -1) = 0;
-  /// No pose can satisfy the constraint, whatever the choices and whatever comes before the step: a proof.
+  /// No pose can satisfy the constraint, whatever the choices and the earlier steps: a proof.
   virtual void Refute(const std::string& reason) = 0;
-  /// No pose is looked for, but there may be one: the constraint has no rows for what it is about, or not all
-  /// that it allows is tried.
+  /// No pose is looked for, although there may be one: the constraint has no rows for this case, or not
+  /// everything that it allows is tried.
   virtual void Decline(const std::string& reason) = 0;
 };
 
-/// Takes what a geometric test finds.
+/// Receives what a geometric test finds.
 class Findings {
  public:
   virtual ~Findings() = default;
-  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians. `cause`, if given, is asked
-  /// only then, and says in words that follow the action what is wrong: "a leans by 3 degrees on b".
+  /// `amount` ≤ 0 holds; above zero it is the violation, in metres or radians. `cause`, if given, is called
+  /// only then, and returns what is wrong as a phrase that can follow the action's name: "a leans by 3
+  /// degrees on b".
   template <typename Cause>
   void Report(const std::string& label, nlp::Unit unit, double amount, const Cause& cause) {
     Take(label, unit, amount, amount <= 0 ? std::string() : std::string(cause()));

@@ -6,17 +6,16 @@
 
 namespace tether::constraints {
 
-/// Functions that matter to velocity control most: with those of pose_function.h they are the primitives of
-/// vector-field inequalities (Marinho et al. 2019). Each is a value of frames (B, A), mostly B fixed and A on
-/// the arm, that must not be above zero.
+/// Functions used mostly by velocity control: with those of pose_function.h they are the primitives of
+/// vector-field inequalities (Marinho et al. 2019). Each is a function of frames (B, A), mostly with B fixed
+/// and A on the arm, that must not be above zero.
 ///
 /// | primitive | function |
 /// | --- | --- |
 /// | point–point, point–line, point–plane | MakePointDistance, MakeAxisDistance, MakeHalfSpaces |
 /// | line–line, line–plane, line–cone | MakeLineDistance, MakeDirections, MakeAngle |
 /// | point–cone, its rectangular form | MakePointCone, MakeFrustum |
-/// | capped cylinder, any two solids | MakePartDistance (ERRATA B3: continuous, where rows that switch at a
-/// surface are not) |
+/// | capped cylinder, any two solids | MakePartDistance: continuous, unlike rows that switch (ERRATA B3) |
 
 /// A line through a point along a unit direction, in some frame.
 struct Line {
@@ -29,12 +28,12 @@ struct Line {
 PoseFunctionPtr MakeLineDistance(const Line& line_B, const Line& line_A, double distance, double sign);
 
 /// Frames (B, A). The angle between direction d_A of A and e_B of B, less `max`, rad: keeps a line within a
-/// cone about e_B (Quiroz-Omaña and Adorno 2019). Regular but for angles of 0 and π, where the derivative is
-/// zero.
+/// cone about e_B (Quiroz-Omaña and Adorno 2019). Smooth except at angles of 0 and π, where the derivative is
+/// set to zero.
 PoseFunctionPtr MakeAngle(const Eigen::Vector3d& d_A, const Eigen::Vector3d& e_B, double max);
 
-/// Frames (B, A). The same with a cone that narrows towards B's xy plane: the angle less max + per_height ·
-/// z, z ≥ 0 the height of the point Q of A in B, rad. Brings things upright where they are put down.
+/// Frames (B, A). The same with a cone that narrows towards B's xy plane: the angle less (max + per_height ·
+/// z), rad, where z ≥ 0 is the height of the point Q of A in B. So an object is upright when it is put down.
 PoseFunctionPtr MakeNarrowingAngle(const Eigen::Vector3d& d_A, const Eigen::Vector3d& e_B, double max,
                                    double per_height, const Eigen::Vector3d& p_AQ);
 

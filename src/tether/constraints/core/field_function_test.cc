@@ -64,7 +64,7 @@ TEST(LineDistanceTest, IsTheLeastOverPointsOfBothLines) {
     const Line b{vector(), vector().normalized()};
     const Line a{vector(), trial % 5 == 0 ? b.u : vector().normalized()};
     const double distance = ValueAt(MakeLineDistance(b, a, 0, 1), Vector3d::Zero());
-    // The slow way: the distance of a point of A from line B is convex along A.
+    // By a slow search: the distance of a point of A from line B is convex along A.
     const auto to_b = [&](double t) {
       const Vector3d d = a.p + t * a.u - b.p;
       return (d - b.u * b.u.dot(d)).norm();

@@ -7,10 +7,10 @@
 
 namespace tether::constraints {
 
-/// A function that a solver evaluates should not have more rows: up to here nothing is taken from the heap.
+/// The most rows that a function of a solver should have: up to here its evaluation allocates nothing.
 inline constexpr int kMostRows = 64;
 
-/// Adds half spaces over (B, A), as MakeHalfSpaces takes them, in functions of no more than kMostRows rows
+/// Adds half spaces over frames (B, A), as in MakeHalfSpaces, in functions of no more than kMostRows rows
 /// each.
 void AddHalfSpaces(nlp::Role role, const std::string& label, const std::vector<HalfSpaceRow>& rows,
                    const std::vector<FrameAt>& frames, RowSink& sink);

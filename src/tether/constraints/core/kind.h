@@ -11,7 +11,7 @@
 
 namespace tether::constraints {
 
-/// One parameter of a kind, with all that its reference page says of it.
+/// One parameter of a kind, with what its reference page says of it.
 struct ParameterDoc {
   enum class Type { kFrame, kFramePair, kNumber, kText };
   std::string name;
@@ -51,14 +51,14 @@ struct Column {
   double half_height;
 };
 
-/// Unit vectors, fixed in the control and in the target frame, that point the same way.
+/// Unit vectors, fixed in the control and in the target frame, that have the same direction.
 struct Alignment {
   Eigen::Vector3d of_control;
   Eigen::Vector3d of_target;
 };
 
-/// A registered kind of constraint: what it is called and takes, the rows it gives an optimiser, where it
-/// suggests to start, and a geometric test that shares no code with the rows.
+/// A registered kind of constraint: its name and parameters, its rows for an optimiser, its initial guess,
+/// and a geometric test that shares no code with the rows.
 struct Kind {
   std::string name;
   std::string summary;
@@ -72,11 +72,11 @@ struct Kind {
   std::function<void(const Context&, const Parameters&, RowSink&)> build;
   /// Judges the poses that `context` holds, geometrically.
   std::function<void(const Context&, const Parameters&, Findings&)> check;
-  /// Where the origin of the control frame must be in the target frame if the constraint holds, whatever the
-  /// poses, for bounds on the cost; none if it does not say. May be empty.
+  /// The set in which the origin of the control frame must be, in the target frame, where the constraint
+  /// holds, whatever the poses: for bounds on the cost. None if nothing is known. May be empty.
   std::function<std::optional<Column>(const Context&, const Parameters&)> locate = nullptr;
-  /// What must point the same way if the constraint holds, whatever the poses, for proofs that the arm is too
-  /// short; none if it does not say. May be empty.
+  /// Directions that must agree where the constraint holds, whatever the poses: for proofs that the arm is
+  /// too short. None if nothing is known. May be empty.
   std::function<std::optional<Alignment>(const Context&, const Parameters&)> align = nullptr;
 };
 

@@ -8,7 +8,7 @@
 
 namespace tether::constraints {
 
-/// What constraints work out once and ask for again. Safe to use from many threads.
+/// Results that constraints compute once and use again. Thread-safe.
 class Memo {
  public:
   /// The value kept under `key`, made by `make()` the first time. A key always stands for the same T and the

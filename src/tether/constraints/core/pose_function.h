@@ -76,8 +76,8 @@ struct DirectionRow {
 /// Frames (B, A). Alignment of directions of A with directions of B.
 PoseFunctionPtr MakeDirections(std::vector<DirectionRow> rows);
 
-/// The two rows that ask direction d_A of A to be parallel to e_B of B (either way round): its components
-/// across e_B.
+/// The two rows of which zero means that direction d_A of A is parallel or opposite to e_B of B: its
+/// components across e_B.
 std::vector<DirectionRow> ParallelRows(const Eigen::Vector3d& d_A, const Eigen::Vector3d& e_B);
 
 /// Frames (B, A). The rotation vector of R_BA_desiredᵀ · R_BA, 3 rows, rad. Regular below an error of π

@@ -4,7 +4,7 @@
 
 namespace tether::constraints {
 
-/// Magnitudes as reasons give them: "12.3 mm" and "3.1 degrees".
+/// Magnitudes as they are written in reasons: "12.3 mm" and "3.1 degrees".
 std::string InMillimetres(double metres);
 std::string InDegrees(double radians);
 

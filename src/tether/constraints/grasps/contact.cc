@@ -117,7 +117,7 @@ std::vector<Side> FindSides(const geometry::Shape& shape, const Vector3d& up_B, 
   return sides;
 }
 
-/// The ways in which a part of the tool can touch something upright, when the tool is held level.
+/// The contacts that a part of the tool can make with an upright side while the tool is held level.
 std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_A) {
   std::vector<Contact> tips;
   for (size_t i = 0; i < tool.parts.size(); ++i) {
@@ -197,7 +197,7 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
   const geometry::Shape* a = context.ShapeOf(tool);
   const geometry::Shape* b = context.ShapeOf(object);
   if (a == nullptr || b == nullptr) return {};
-  // A push that nothing came before speaks of the start itself.
+  // The push of a first step begins at the start itself.
   const int before = std::max(step - 1, -1);
   const math::Pose X_WB = context.PoseAt({object, before}), X_WA = context.PoseAt({tool, before});
   const Vector3d up_B = -context.DownFace(object);
@@ -216,7 +216,7 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
       contact.reach_B = side.reach;
       contact.heights_B = side.heights;
       contact.label = tool + " " + contact.label + " against " + object + " " + side.label;
-      // First the way that the push goes, then a wide contact, then little turning of the tool.
+      // First the direction of the push, then a wide contact, then little turning of the tool.
       contact.score = 1 + contact.normal_B.dot(pull_B) - 0.5 * std::min(contact.half_width, 0.1);
       // The tool should reach over the object from the robot's side: the rest of it lies towards the robot.
       const Vector3d n_W = X_WB.R * contact.normal_B;

@@ -10,8 +10,8 @@
 
 namespace tether::constraints {
 
-/// One way for a tool to touch the side of an object: which side, with which part of the tool. Directions are
-/// unit vectors.
+/// A candidate contact of a tool with the side of an object: which side, with which part of the tool.
+/// Directions are unit vectors.
 struct Contact {
   Eigen::Vector3d normal_B;  ///< Outward normal of the object's side, in the object's frame; level.
   double offset_B = 0;       ///< normal · x on that side, m.
@@ -34,12 +34,12 @@ struct Contact {
   double score = 0;
 };
 
-/// Ways for `tool` to touch a side of `object` at `step`, best first: pushing from there moves the object
+/// The contacts of `tool` with a side of `object` at `step`, best first: pushing from there moves the object
 /// towards the robot, or else towards the world's origin.
 std::vector<Contact> FindContacts(const Context& context, const std::string& tool, const std::string& object,
                                   int step);
 
-/// The contact chosen for that step, shared by all constraints that speak of it.
+/// The contact chosen for that step, shared by all constraints on it.
 std::optional<Contact> ChosenContact(const Context& context, const std::string& tool,
                                      const std::string& object, int step);
 

@@ -9,14 +9,13 @@
 
 namespace tether::constraints {
 
-/// One way to take an object between two fingers from above: which part, and along which of its directions
-/// the fingers close.
+/// A grasp candidate of two parallel fingers: which part they close on, from which approach, along which of
+/// the part's directions.
 struct Grasp {
   int part = 0;
-  Eigen::Vector3d approach_O;  ///< Unit, in the object's frame: the hand's z axis.
-  std::optional<Eigen::Vector3d>
-      closing_O;     ///< Unit, in the object's frame: the hand's y axis, either way round. None: any.
-  double width = 0;  ///< Between the fingers, m.
+  Eigen::Vector3d approach_O;                ///< Unit, in the object's frame: the hand's z axis.
+  std::optional<Eigen::Vector3d> closing_O;  ///< Unit, in the object's frame: ± the hand's y axis. None: any.
+  double width = 0;                          ///< Between the fingers, m.
   Eigen::Vector3d centre_O = Eigen::Vector3d::Zero();  ///< Where the hand is best, in the object's frame.
   std::vector<FaceEdge>
       bounds_O;  ///< Where the fingers meet flat sides: normal · p ≤ offset. Empty: anywhere.
@@ -26,19 +25,19 @@ struct Grasp {
 
 /// A direction of a part, in its own frame P, along which parallel fingers can close on it.
 struct ClosingDirection {
-  std::optional<Eigen::Vector3d> axis_P;  ///< Unit, either way round. None: any across the approach.
+  std::optional<Eigen::Vector3d> axis_P;  ///< Unit, of either sign. None: any across the approach.
   double width = 0;                       ///< Between the fingers, m.
   const char* name = "";
 };
 
-/// Those for fingers that come along the unit vector `approach_P`, in the part's frame; empty if there are
-/// none, and for hulls, whose opposite sides are found otherwise.
+/// The closing directions for an approach along the unit vector `approach_P`, in the part's frame; empty if
+/// there are none, and for hulls (see FindOppositeSides).
 std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primitive,
                                                 const Eigen::Vector3d& approach_P);
 
 class GraspFlaws;
 
-/// What the fingers can take, best first. Where that is nothing, `flaws`, if given, says why.
+/// The grasp candidates, best first. Where there are none, `flaws`, if given, says why.
 std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, GraspFlaws* flaws = nullptr);
 
 /// The grasp chosen for this step and object, shared by all constraints of the step; none if there is none.

@@ -34,12 +34,12 @@ constexpr double kPalmClearance = 0.005;
 constexpr double kOtherPartClearance = 0.002;
 // Fingers nearer to something else than this are worth avoiding, m.
 constexpr double kFingerClearance = 0.01;
-// In scores: fingers without their clearance, per m; a wrist beyond reach, per m; of grasps that are
-// otherwise as good the narrower one, per m.
+// Weights of scores, per m: clearance that the fingers lack; distance of the wrist beyond reach; width of the
+// grasp, which decides between equals.
 constexpr double kClearanceWeight = 10;
 constexpr double kReachWeight = 10;
 constexpr double kWidthWeight = 0.01;
-// Of the pairs of sides of one part, so many are offered.
+// The most pairs of sides of one part that are offered.
 constexpr size_t kMostOfPart = 8;
 
 }  // namespace
@@ -74,8 +74,8 @@ std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primi
 
 namespace {
 
-/// The rotation of a hand that approaches along `approach` and closes along `closing`, turned the way round
-/// that is nearer to `R_now` (the gripper is symmetric).
+/// The rotation of a hand that approaches along `approach` and closes along ±`closing`, whichever is nearer
+/// to `R_now` (the gripper is symmetric).
 Matrix3d HandRotation(const Vector3d& approach, const Vector3d& closing, const Matrix3d& R_now) {
   Matrix3d R;
   R.col(2) = approach;
@@ -98,7 +98,7 @@ Matrix3d GraspRotation(const Context& context, const std::string& object, const 
                       R_now);
 }
 
-/// From where the hand may come to a part: unit vectors in the object's frame, along which it moves.
+/// The approach directions to a part: unit vectors in the object's frame, along which the hand moves.
 std::vector<Vector3d> ApproachesTo(const Part& part, const Vector3d& down_O, const std::string& which) {
   std::vector<Vector3d> all;
   if (which == "down" || which == "any") all.push_back(down_O);
@@ -123,8 +123,8 @@ std::vector<Vector3d> ApproachesTo(const Part& part, const Vector3d& down_O, con
   return all;
 }
 
-/// Of the angles between the hand's way and straight down that `which` allows, how far the nearest is off,
-/// rad.
+/// How far the angle between the hand's approach and straight down is from the nearest one that `which`
+/// allows, rad.
 double ApproachError(double tilt, const std::string& which) {
   const double quarter = std::numbers::pi / 4;
   double error = std::numeric_limits<double>::infinity();
@@ -134,7 +134,7 @@ double ApproachError(double tilt, const std::string& which) {
   return error;
 }
 
-/// How the hand would stand for this grasp: over the part's centre, as deep as the palm allows.
+/// The hand's pose for this grasp: over the part's centre, as deep as the palm allows.
 double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), grasp.centre_O);
@@ -153,7 +153,7 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
   if (context.robot() != nullptr) {
     const robot::Reach& reach = context.robot()->reach();
     const Vector3d p_WCentre = context.X_WBase() * reach.centre;
-    // The part's nearest point to the shoulder is what can be had at best.
+    // The part's point nearest to the shoulder bounds what can be reached.
     const Pose X_WP = X_WO * part.X_SP;
     const Vector3d p_WNear = geometry::DistanceToPoint(part.primitive, X_WP, p_WCentre).p_W;
     const Vector3d p_WWrist = p_WNear + X_WH.R * reach.wrist_hand;
@@ -179,6 +179,24 @@ void AddOtherParts(const Context& context, const geometry::Shape& shape, int gra
       sink.Add(Role::kInequality, label + ": hand clear of its other parts",
                MakePartDistance(shape.parts[j], part, kOtherPartClearance, -1), frames);
   }
+}
+
+/// Where no other constraint asks for the hand to be inside of what it grasps: the part is between the pads,
+/// along the directions in which they are not centred on it.
+void AddBetweenFingers(const Context& context, const Grasp& grasp, const Part& part, const std::string& label,
+                       const std::vector<FrameAt>& frames, RowSink& sink) {
+  const Vector3d up = -grasp.approach_O;
+  std::vector<HalfSpaceRow> rows;
+  const auto keep_inside = [&](const Vector3d& direction, double margin) {
+    const double extent = PartSupport(part, direction) + PartSupport(part, -direction);
+    for (const Vector3d& n : {direction, Vector3d(-direction)})
+      rows.push_back({Vector3d::Zero(), n, PartSupport(part, n) - std::min(margin, 0.25 * extent)});
+  };
+  keep_inside(up, 0);
+  // Bounds of a hull's sides say where along them the fingers are.
+  if (grasp.closing_O && grasp.bounds_O.empty())
+    keep_inside(up.cross(*grasp.closing_O), FingersOf(context.robot()).pad_half_width);
+  AddHalfSpaces(Role::kInequality, label + ": between the fingers", rows, frames, sink);
 }
 
 void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
@@ -216,6 +234,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
     AddHalfSpaces(Role::kInequality, label + ": fingers on its sides", rows, frames, sink);
   }
   AddOtherParts(context, *shape, grasp->part, label, frames, sink);
+  if (!context.grip_margin(object)) AddBetweenFingers(context, *grasp, part, label, frames, sink);
   if (context.robot() == nullptr) return;
   const robot::Gripper& gripper = context.robot()->gripper();
   sink.Add(
@@ -268,6 +287,11 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
                     return object + " is not midway between the fingers, but " +
                            InMillimetres(0.5 * (upper - lower)) + " off";
                   });
+  // Measured along the closing axis alone, what is beside the pads would be between them.
+  const double outside = geometry::DistanceToPoint(part.primitive, part.X_SP, X_OH.p).distance;
+  findings.Report(label + ": between the fingers", nlp::Unit::kMetre, outside, [&] {
+    return "the point between the fingers would be " + InMillimetres(outside) + " beside " + object;
+  });
   if (std::holds_alternative<geometry::Hull>(part.primitive)) {
     // The fingers lie flat against what they close on.
     for (const Vector3d& outward : {closing, Vector3d(-closing)}) {
@@ -366,18 +390,15 @@ int GraspedPart(const Context& context, const std::string& object) {
 Kind GraspableKind() {
   return {
       "graspable",
-      "The hand stands so that its two fingers can close on the object: it approaches straight down, "
-      "towards the "
-      "face that the object stands on, or with `approach: side` level, with `tilted` half-way between, "
-      "with `any` in "
-      "one of these ways, "
-      "closes along a direction in which the object fits between the fingers, is centred, its palm is "
-      "clear, the open hand is clear of the object's other parts, and its pads do not reach below the "
-      "object. Friction of the pads holds its weight, with a quarter to spare, at the force that the step's "
-      "`gripper` verb closes with. A hull is held where two of its sides lie "
-      "opposite each other, parallel to within 0.1 rad. The orientation that is "
-      "planned is the one that is executed. Directions are tried from the one that turns the hand least, "
-      "with the fingers clear and the wrist within reach; of equal ones, the narrowest first.",
+      "The hand is where its two fingers can close on the object. Its approach is straight down, towards "
+      "the face that the object stands on; with `approach: side` level; with `tilted` half-way between; "
+      "with `any` any of these. The fingers close along a direction in which the object fits between "
+      "them, the object is centred, the palm is clear, the open hand is clear of the object's other "
+      "parts, and the pads do not reach below the object. Friction of the pads holds its weight, with a "
+      "quarter to spare, at the force of the step's `gripper` verb. A hull is grasped by two of its sides "
+      "that lie opposite each other, parallel to within 0.1 rad. The planned orientation is executed. "
+      "Directions are tried from the one that turns the hand least, with the fingers clear and the wrist "
+      "within reach; of equal ones, the narrowest first.",
       "Paper A, section VI-B; ERRATA A13",
       {{"object", ParameterDoc::Type::kFrame, true, 0, 0, 0, {}, "what is grasped"},
        {"approach",

@@ -15,11 +15,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Sides that have less than this in common, across the approach, hold only what is not narrower when turned a
-// little, m, rad.
+// Sides with less overlap than this across the approach (m) hold only what is not narrower when turned by a
+// little (rad).
 constexpr double kFirm = 0.005;
 constexpr double kLittleTurn = 0.35;
-// Less in common than this is a line, m.
+// Less overlap than this is a line, m.
 constexpr double kLeast = 5e-4;
 
 double WidthOf(const geometry::Part& part, const Vector3d& n) {

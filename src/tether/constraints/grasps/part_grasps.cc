@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "tether/common/text.h"
 #include "tether/constraints/grasps/opposite_sides.h"
@@ -23,7 +25,7 @@ constexpr double kDefaultPadHalfWidth = 0.01;
 // Pads may reach below the object by this much before that is a reason: constraints are kept to tolerances,
 // m.
 constexpr double kLowSlack = 0.002;
-// Lifting and carrying add so much to what gravity asks for.
+// The reserve for accelerations of lifting and carrying, over what gravity needs.
 constexpr double kWeightReserve = 1.25;
 constexpr double kGravity = 9.81;
 
@@ -33,8 +35,18 @@ std::string Text(const char* format, auto... arguments) {
   return text;
 }
 
-/// Nothing that closes on the part is narrower, m: square to `approach_P` if that is the only approach, else
-/// in any direction.
+/// Two numbers that are not the same, with as many decimals, from `decimals` on, as it takes to see that.
+std::pair<std::string, std::string> Apart(double a, double b, int decimals) {
+  std::string first, second;
+  for (; decimals <= 6 && first == second; ++decimals) {
+    first = Text("%.*f", decimals, a);
+    second = Text("%.*f", decimals, b);
+  }
+  return {first, second};
+}
+
+/// A lower bound on the width of any grasp of the part, m: square to `approach_P` if that is the only
+/// approach, else in any direction.
 double LeastWidth(const geometry::Primitive& primitive, const Vector3d& approach_P, bool only_approach) {
   if (const auto* box = std::get_if<geometry::Box>(&primitive)) {
     double least = std::numeric_limits<double>::infinity();
@@ -91,12 +103,12 @@ std::vector<Grasp> ShapesOfGrasps(const Part& part, const Vector3d& approach_O, 
     return grasps;
   }
   grasp.centre_O = part.X_SP.p;
-  for (const ClosingDirection& way :
+  for (const ClosingDirection& direction :
        ClosingDirections(part.primitive, part.X_SP.R.transpose() * approach_O)) {
     grasp.closing_O.reset();
-    if (way.axis_P) grasp.closing_O = part.X_SP.R * *way.axis_P;
-    grasp.width = way.width;
-    grasp.label = std::string("fingers close along ") + way.name;
+    if (direction.axis_P) grasp.closing_O = part.X_SP.R * *direction.axis_P;
+    grasp.width = direction.width;
+    grasp.label = std::string("fingers close along ") + direction.name;
     grasps.push_back(grasp);
   }
   return grasps;
@@ -140,19 +152,25 @@ void GraspFlaws::TooHeavy(const Load& load, double held, bool proved) {
 
 std::string GraspFlaws::Describe(const std::string& object) const {
   const char* name = object.c_str();
-  if (mass_ >= 0)
+  if (mass_ >= 0) {
+    const auto [mass, held] = Apart(mass_, held_, 2);
     return Text(
-        "%s is too heavy for the grip: it weighs %.2f kg, and pads that press with %.0f N hold %.2f kg of "
-        "what has a friction of %.2f",
-        name, mass_, force_, held_, friction_);
-  if (highest_ >= 0)
+        "%s is too heavy for the grip: it weighs %s kg, and pads that press with %.0f N hold %s kg of what "
+        "has a friction of %.2f",
+        name, mass.c_str(), force_, held.c_str(), friction_);
+  }
+  if (highest_ >= 0) {
+    const auto [height, needed] = Apart(1e3 * highest_, 1e3 * needed_, 1);
     return Text(
-        "%s is too low to grasp: it is %.1f mm high, and the fingers' pads need %.1f mm to stay clear of "
-        "what it lies on",
-        name, 1e3 * highest_, 1e3 * needed_);
-  if (std::isfinite(narrowest_))
-    return Text("%s is %.1f cm wide where it is narrowest; the gripper takes %.1f cm", name, 100 * narrowest_,
-                100 * widest_taken_);
+        "%s is too low to grasp: it is %s mm high, and the fingers' pads need %s mm to stay clear of what it "
+        "lies on",
+        name, height.c_str(), needed.c_str());
+  }
+  if (std::isfinite(narrowest_)) {
+    const auto [width, widest] = Apart(100 * narrowest_, 100 * widest_taken_, 1);
+    return Text("%s is %s cm wide where it is narrowest; the gripper grasps up to %s cm", name, width.c_str(),
+                widest.c_str());
+  }
   return "no two sides of " + object + " face each other across the fingers' approach";
 }
 
@@ -172,7 +190,7 @@ std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const V
   const bool weighed = load.force && fingers.pad_half_height;
   const double held = weighed ? HeldMass(fingers, *load.force, load.friction) : 0;
   const auto too_heavy = [&](double closing_down) {
-    // What the fingers close along, friction need not hold.
+    // Friction need not hold the component of the weight along the closing direction.
     return weighed && load.mass * std::sqrt(std::max(0.0, 1 - closing_down * closing_down)) > held;
   };
   const double steepest = std::sqrt(std::max(0.0, 1 - std::pow(approach_O.dot(down_O), 2)));

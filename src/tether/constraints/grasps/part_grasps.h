@@ -9,18 +9,19 @@
 
 namespace tether::constraints {
 
-/// What two fingers take: of a robot's gripper, or without one of a gripper of common size.
+/// Dimensions and force of the fingers: the robot's, or without a robot those of a gripper of common size.
 struct Fingers {
-  double widest = 0;       ///< That they close on, with room beside it, m.
+  double widest = 0;       ///< The widest that they can close on, with room beside it, m.
   double max_opening = 0;  ///< m
   double pad_half_width = 0;
   std::optional<double> pad_half_height;  ///< m; none without a robot.
   double max_force = 0;                   ///< N at each pad
   double pad_friction = 0;
 };
+/// Those of the robot's gripper; without a robot (null) those of a parallel gripper of common size.
 Fingers FingersOf(const robot::Model* robot);
 
-/// What the fingers shall hold up, and with what force.
+/// What the fingers have to hold, and with what force.
 struct Load {
   double mass = 0;              ///< kg
   double friction = 0.8;        ///< Of its surface.
@@ -28,19 +29,21 @@ struct Load {
   double margin = 0;            ///< The grasp point is so far inside a part, m.
 };
 
-/// All that is wrong with the grasps of an object that were looked at, to say why there is none.
+/// Gathers why the grasps of an object are excluded, to say why there is none.
 class GraspFlaws {
  public:
-  /// As far as the width goes. `least` is a lower bound for all grasps of the part, tried or not.
+  /// A width that does not fit between the fingers. `least` is a lower bound for all grasps of the part,
+  /// tried or not.
   void TooWide(double width, double least, const Fingers& fingers);
   void TooLow(double height, double needed, bool proved);
   void TooHeavy(const Load& load, double held, bool proved);
   /// No two sides of a part face each other across the approach.
   void NoSides() { proved_ = false; }
 
-  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper takes 7.5 cm".
+  /// Why nothing can be held, in words: "a is 9.0 cm wide where it is narrowest; the gripper grasps up to 7.5
+  /// cm".
   std::string Describe(const std::string& object) const;
-  /// It is so of every grasp that the approach allows, not only of those that were tried.
+  /// The reason holds for every grasp that the approach allows, not only for those that were tried.
   bool proved() const { return proved_; }
 
  private:
@@ -51,16 +54,17 @@ class GraspFlaws {
 };
 
 /// The grasps of one part along an approach (unit, in the object's frame), unscored, that fit between the
-/// fingers, whose pads don't reach below the object, and that hold its weight. The only finder of grasps: of
-/// the planner, of the checker and of executives.
+/// fingers, whose pads don't reach below the object, and that hold its weight. Planner, checker and
+/// executives all use it.
 ///
-/// `down_O` is the direction of gravity in the object's frame. `only_approach`: the object is held along no
-/// other one, so that what is wrong may be a proof.
+/// `down_O` is the direction of gravity in the object's frame. `only_approach`: no other approach is allowed,
+/// so that a flaw may be a proof.
 std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int part, const Eigen::Vector3d& approach_O,
                                 const Eigen::Vector3d& down_O, const Fingers& fingers, const Load& load,
                                 bool only_approach, GraspFlaws& flaws);
 
-/// The mass that two pads hold by friction while they close level, with a reserve for what motion adds, kg.
+/// The mass that two pads hold by friction while they close horizontally, with a reserve for accelerations,
+/// kg.
 double HeldMass(const Fingers& fingers, double force, double friction);
 
 }  // namespace tether::constraints

@@ -8,7 +8,7 @@
 namespace tether::constraints {
 namespace {
 
-// Faces whose normals have less than this cosine are no one side, however small they are.
+// Faces whose normals have less than this cosine are different sides, however small they are.
 constexpr double kSameSide = 0.98;
 
 }  // namespace
@@ -51,7 +51,7 @@ std::vector<FlatSide> FlatSides(const geometry::Part& part) {
       if (taken[i]) continue;
       const geometry::Polytope::Face& face = polytope.faces[i];
       FlatSide& side = add(face.normal, face.offset, std::to_string(sides.size() + 1));
-      // What is one side but for how its corners were rounded.
+      // Faces that are one side but for the rounding of its corners.
       bool merged = false;
       for (size_t j = i + 1; j < polytope.faces.size(); ++j) {
         if (taken[j] || polytope.faces[j].normal.dot(face.normal) < kSameSide) continue;

@@ -35,6 +35,7 @@ std::vector<FlatSide> FlatSides(const geometry::Part& part);
 struct Extent {
   double low, high;
 };
+/// `direction`: in the frame of the shape.
 Extent ExtentAlong(const FlatSide& side, const Eigen::Vector3d& direction);
 
 /// The middle of a face, on it, in the solid's frame.

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Widths that differ by less are as good; the hand then turns the shorter way.
+// Widths that differ by less are equal; the hand then turns through the smaller angle.
 constexpr double kSameWidth = 1e-3;
 
 Matrix3d HandRotation(const Vector3d& closing_W) {

@@ -19,7 +19,7 @@ using geometry::Part;
 constexpr double kLeastRoom = 0.01;
 // Faces with a smaller inscribed circle are edges, m.
 constexpr double kLeastRadius = 1e-3;
-// A hull of several patches that they fill to this share is one face, as of boards side by side.
+// Several patches that fill this share of their hull are one face, as are boards side by side.
 constexpr double kFilled = 0.97;
 // A face this far from level is tilted, rad.
 constexpr double kTilted = 0.02;
@@ -65,7 +65,7 @@ std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape
       const geometry::Polygon over = Over(face.facet, other);
       if (over.size() < 3 || geometry::Area(over) < 1e-6) continue;
       const double room = -PartSupport(other, -up) - height;
-      // What stands on the face takes some of it away; what floats above bounds the height.
+      // Parts that stand on the face cover some of it; parts above it bound the headroom.
       if (room > kLeastRoom) {
         face.headroom = std::min(face.headroom, room);
       } else {

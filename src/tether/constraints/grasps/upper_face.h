@@ -28,10 +28,10 @@ struct UpperFace {
 std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape& shape,
                                   const Eigen::Vector3d& up);
 
-/// The same for a frame of the scene, worked out once.
+/// The same for a frame of the scene, computed once.
 std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, const std::string& name);
 
-/// The one that a body is on whose lowest point is at this height over the solid's origin, m: the nearest.
+/// The face that carries a body whose lowest point is at this height over the solid's origin, m: the nearest.
 const UpperFace& FaceAtHeight(const std::vector<UpperFace>& faces, double height);
 /// The same of several at one height: the one below the body's centre of mass (in the solid's frame), else
 /// the one that is the hull of all.

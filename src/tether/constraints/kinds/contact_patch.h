@@ -5,8 +5,8 @@
 
 namespace tether::constraints {
 
-/// The share of a face that is the hull of what several parts have on its plane that they really fill, in
-/// [0, 1]: the exact area of their union over that of the hull. 1 if the hull has no area.
+/// For a face that is the convex hull of several parts' faces in one plane: the share of it that the parts
+/// fill, in [0, 1] (the exact area of their union over that of the hull). 1 if the hull has no area.
 double FilledShare(const geometry::Shape& shape, const geometry::FlatFacet& face);
 
 /// The convex hull of where the footprint of A (the hull of its lower face), standing on its face in the

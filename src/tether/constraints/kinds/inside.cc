@@ -18,7 +18,7 @@ using geometry::Part;
 using math::Pose;
 using nlp::Role;
 
-/// A margin that leaves room inside a body of this half-extent.
+/// The margin, reduced so that it leaves room inside a body of this half-extent.
 double Fitting(double margin, double half_extent) { return std::min(margin, 0.5 * half_extent); }
 
 void AddSlab(const Pose& X_SP, const Vector3d& axis_P, double half, std::vector<HalfSpaceRow>& rows) {
@@ -169,7 +169,7 @@ void CheckInside(const Context& context, const Parameters& parameters, Findings&
                   [&] { return what + " is " + InMillimetres(distance) + " outside of " + of; });
 }
 
-/// In the ball about the middle of the solid's box.
+/// Within the ball about the middle of the solid's bounding box.
 std::optional<Column> LocateInside(const Context& context, const Parameters& parameters) {
   const std::string& of = parameters.Text("of");
   if (Resolve(context, parameters.Text("frame")) != context.control() || of != context.target())

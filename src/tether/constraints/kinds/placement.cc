@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using geometry::FlatFacet;
 using math::Pose;
 
-// A footprint that fits with less room than this is not asked to fit, m.
+// A footprint counts as fitting only with at least this much room, m.
 constexpr double kLeastSlack = 5e-4;
 // Polygons with more corners than kMostCorners stand for discs if their inscribed circle has this share of
 // the radius of the circle about them, and get one row per edge of the other polygon.
@@ -35,15 +35,15 @@ constexpr double kBridge = 0.004;
 // And inside of their hull by this share of its inscribed circle.
 constexpr double kAcross = 0.8;
 constexpr int kBridgeTurns = 24;
-// Across several parts, where the object is long enough; on a face that its foot does not fit on; across
-// parts where it hardly reaches them.
+// Scores of faces: across several parts where the object is long enough; a face that its foot does not fit
+// on; across parts that it hardly reaches.
 constexpr double kAcrossScore = 0.25;
 constexpr double kHollowScore = 0.3;
 
 Demand FindDemand(const geometry::Shape& shape, const Placement& placement, double margin) {
   const FlatFacet &foot = placement.foot, &support = placement.support;
   Demand demand;
-  // What bridges several parts does so about their middle; how it is turned is the guess's.
+  // An object that bridges several parts does so about their middle; its yaw is left to the guess.
   if (placement.hollow) {
     demand.points_A = {geometry::CentreOfMass(shape)};
     demand.margin = kAcross * InradiusOf(support);
@@ -89,7 +89,8 @@ double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
   return geometry::Support(shape, down) + geometry::Support(shape, -down);
 }
 
-/// In the middle of a hollow face, turned suitably, the object is carried by what it touches.
+/// Whether some yaw exists at which the object, in the middle of a hollow face, is carried by the parts that
+/// it touches.
 bool Bridges(const Context& context, const std::string& object, const std::string& on,
              const UpperFace& face) {
   return *context.memo().Get<bool>("bridges(" + object + "," + on + ")", [&] {
@@ -140,7 +141,7 @@ int ChooseFace(const Context& context, const std::string& object, const std::str
   return which[order[static_cast<size_t>(context.Choose(key, sorted))]];
 }
 
-/// The face of what carries the object that it is on before this step.
+/// The face that carries the object before this step.
 int PresentFace(const Context& context, const std::string& object, const std::string& on,
                 const std::vector<UpperFace>& faces) {
   const int before = context.step() - 1;

@@ -26,16 +26,18 @@ struct Placement {
   std::vector<int> level;       ///< The other parts at that height, which may be touched too.
 };
 
-/// Of what is put down at this step on the face that is chosen, else on that which it is on before. Null if
-/// one of the two is not solid.
+/// Where `object` rests on `on`: on the face chosen at this step if it is put down at it, else on the face
+/// that it was on before. Null if one of the two is not solid.
 std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
                                                const std::string& on);
 /// The same, but null too if a face there is not flat.
 std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
                                                    const std::string& on);
-/// What is put there may be put on one of several faces.
+/// `on` has several faces to put something on: which is a choice.
 bool HasFaces(const Context& context, const std::string& on);
 
+/// The demand on where `object` stands on its support, with the margin asked for, m: less where a footprint
+/// has less room (ERRATA A13).
 std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
                                        const std::string& by, const Placement& placement, double margin);
 

@@ -22,16 +22,16 @@ using geometry::FlatFacet;
 using math::Pose;
 using nlp::Role;
 
-// A guess keeps this far from other things, m; where it can't, it looks around in rings of this width, m.
+// A guess keeps this far from other things, m; where it can't, places around it are tried in rings of this
+// width, m.
 constexpr double kFreeDistance = 0.02;
 constexpr double kRingWidth = 0.03;
 constexpr int kRings = 6;
-// Directions that are less than this apart are one way to put something down, rad; at most so many are
-// offered.
+// Yaws that differ by less than this count as one option, rad; at most so many are offered.
 constexpr double kDistinctYaw = 0.7;
 constexpr size_t kMostYaws = 4;
-// What a tower carries further up stays this far inside the edges of each level, m, but no further than this
-// share of the level's inscribed circle. So many of a tower's objects are looked at.
+// The centre of mass of what a tower's level carries stays this far inside the level's edges, m, but no
+// further than this share of the level's inscribed circle. The most objects of a tower that are considered.
 constexpr double kBalance = 0.008;
 constexpr double kOfSize = 0.3;
 constexpr size_t kMostOfTower = 8;
@@ -120,7 +120,7 @@ bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose&
   return true;
 }
 
-/// What stands around when an object is put down, but for what carries it.
+/// The solids around an object that is put down, except what carries it.
 class Surroundings {
  public:
   Surroundings(const Context& context, const std::string& object, const std::string& by)
@@ -132,16 +132,25 @@ class Surroundings {
     }
   }
 
-  /// Distance from the object at X_BA to the nearest thing, m.
-  double RoomAround(const Pose& X_BA) const {
+  /// Distance from the object at X_BA to the nearest thing, m; if that is no more than `least`, just that.
+  double RoomAround(const Pose& X_BA, double least) const {
     const Pose X_WA = X_WB_ * X_BA;
     const geometry::Aabb box = geometry::BoundingBox(shape_, X_WA);
     double room = std::numeric_limits<double>::infinity();
+    // The nearest by its box first: most of the others are then known to be further off.
+    size_t first = 0;
+    std::vector<double> apart;
     for (const Other& other : others_) {
-      // Boxes that overlap say nothing.
-      const double apart = box.DistanceTo(other.box);
-      if (apart > 0 && apart >= room) continue;
+      apart.push_back(box.DistanceTo(other.box));
+      if (apart.back() < apart[first]) first = apart.size() - 1;
+    }
+    for (size_t i = 0; i < others_.size(); ++i) {
+      const size_t k = i == 0 ? first : i <= first ? i - 1 : i;
+      const Other& other = others_[k];
+      // Where bounding boxes overlap, the bound says nothing.
+      if (apart[k] > 0 && apart[k] >= room) continue;
       room = std::min(room, geometry::SignedDistance(shape_, X_WA, *other.shape, other.X_W).distance);
+      if (room <= least) break;
     }
     return room;
   }
@@ -157,8 +166,8 @@ class Surroundings {
   std::vector<Other> others_;
 };
 
-/// Turns about the support's normal to try, from R_BA, the smallest first: steps of 15° either way, and those
-/// that lay an edge of the foot along one of the support, where a tight fit needs just that.
+/// Turns about the support's normal to try, from R_BA, the smallest first: steps of 15° in both directions,
+/// and those that align an edge of the foot with one of the support, which a tight fit needs.
 std::vector<double> YawsToTry(const Placement& placement, const std::vector<FaceEdge>& edges,
                               const Eigen::Matrix3d& R_BA) {
   const Vector3d& up = placement.support.normal;
@@ -203,7 +212,7 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
     const Eigen::Vector2d centre = placement->support.Project(X * geometry::CentreOfMass(a));
     return geometry::ContainmentMargin(contact, centre) >= kBridge;
   };
-  // For a yaw, the nearest place on the way to the middle where the demand holds.
+  // For each yaw, the nearest place on the line to the middle where the demand holds.
   const auto place = [&](const Vector3d& from, double yaw) {
     Pose X(math::ExpSO3(up * yaw) * start.R, from);
     Vector3d goal = CentroidOf(placement->support) -
@@ -213,7 +222,7 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
       X.p = from + (goal - from) * (i / 40.0);
       if (!Holds(demand, edges, X) || !carried(X)) continue;
       X_TC = X;
-      // Not at the very edge: on towards the middle, as far as that is sensible.
+      // Not at the very edge: further towards the middle, where there is room.
       const Vector3d rest = goal - X.p;
       Demand roomy = demand;
       roomy.margin += kInwards;
@@ -222,7 +231,7 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
     }
     return false;
   };
-  // Where a tight fit leaves only some directions, which of them is best may depend on what comes later.
+  // Where a tight fit leaves only some yaws, which of them is best may depend on later steps.
   std::vector<double> yaws;
   std::vector<Option> options;
   for (const double yaw : YawsToTry(*placement, edges, start.R)) {
@@ -247,12 +256,12 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
   const Pose first = X_TC;
   Pose best = X_TC;
   const Surroundings surroundings(context, object, by);
-  double best_room = surroundings.RoomAround(best);
+  double best_room = surroundings.RoomAround(best, -std::numeric_limits<double>::infinity());
   for (int ring = 1; ring <= kRings && best_room < kFreeDistance; ++ring) {
     for (int i = 0; i < 12; ++i) {
       const double angle = i * std::numbers::pi / 6;
       place(first.p + kRingWidth * ring * (std::cos(angle) * x + std::sin(angle) * y), yaw);
-      const double room = surroundings.RoomAround(X_TC);
+      const double room = surroundings.RoomAround(X_TC, best_room);
       if (room > best_room + 1e-9) {
         best = X_TC;
         best_room = room;
@@ -268,7 +277,8 @@ struct Tower {
   std::vector<double> masses;        // kg
 };
 
-/// Of the objects that can be moved, and the first that can't; at most so many that a function takes them.
+/// From the object down over those that can be moved to the first that can't; at most as many as a function
+/// has frames for.
 Tower TowerUnder(const Context& context, const std::string& object) {
   Tower tower;
   for (std::string name = object; tower.objects.size() < kMostOfTower; name = context.ParentOf(name)) {
@@ -383,7 +393,8 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   }
 }
 
-/// Of a `rests_on` whose object this step puts down; null if it does not, or if a face there is not flat.
+/// The placement of a `rests_on` whose object this step puts down; null if it does not, or if a face there is
+/// not flat.
 std::shared_ptr<const Placement> PlacementHere(const Context& context, const Parameters& parameters) {
   const std::string& object = parameters.Text("object");
   const std::string& on = parameters.Text("on");
@@ -406,8 +417,8 @@ std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& 
   return Alignment{placement->foot.normal, -placement->support.normal};
 }
 
-/// Over the support, at any height. The demand's points are inside by its margin; of a footprint, the middle
-/// is inside by the radius of the circle about it as well.
+/// Over the support, at any height. The demand's points are inside by its margin; the middle of a footprint
+/// is inside by the radius of its circumscribed circle as well.
 std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
   const std::string& object = parameters.Text("object");
   const std::string& by = parameters.Text("by");

@@ -17,11 +17,13 @@ using Eigen::Vector3d;
 using math::Pose;
 using nlp::Role;
 
+// What pushes is at the object if it is no further away, m: the planner's tolerance of one row.
+constexpr double kTouching = 1e-3;
 // Between a tool that pushes and the surface that it passes over, m: room for the tool to sag.
 constexpr double kToolHeight = 0.004;
-// How far inside its ends a line or face of contact takes the push at least, m.
+// The least distance of the push from the ends of a line or face of contact, m.
 constexpr double kEndMargin = 0.01;
-// Of half the friction angle, how much a planned push may use.
+// The share of half the friction angle that a planned push may use.
 constexpr double kConeShare = 0.5;
 // A point of contact may be this far beside the centre of mass, m.
 constexpr double kPointOffset = 0.002;
@@ -58,7 +60,7 @@ void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC
   const auto contact = ChosenContact(context, a, b, context.step());
   if (!contact) return;
   const Vector3d up_B = -context.DownFace(b);
-  // Level first, then turned about the vertical until line or face lie against the side.
+  // Levelled first, then turned about the vertical until line or face lie against the side.
   X_TC.R =
       Eigen::Quaterniond::FromTwoVectors(X_TC.R * ToolDown(context, a), -up_B).toRotationMatrix() * X_TC.R;
   if (contact->form != Contact::Form::kPoint) {
@@ -67,8 +69,7 @@ void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC
     if (contact->form == Contact::Form::kLine) {
       goal = up_B.cross(contact->normal_B);
       if (goal.dot(direction_B) < 0) goal = -goal;
-      // Either way round serves for a line; the rest of the tool should lie on the side that the push goes
-      // to.
+      // Both directions serve for a line; the rest of the tool should lie on the side that the push goes to.
       const Vector3d arm_A = geometry::CentreOfMass(*context.ShapeOf(a)) - contact->centre_A;
       const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(direction_B, goal).toRotationMatrix();
       if ((turn * X_TC.R * arm_A).dot(contact->normal_B) > 1e-6) goal = -goal;
@@ -156,7 +157,7 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
            MakeDisplacement({across + k * n, -across + k * n}),
            {{c, before}, {b, before}, {c, after}, {b, after}});
 
-  // The contact takes in the centre of mass, seen along the push.
+  // Seen along the push, the contact spans the centre of mass.
   const Vector3d com_B = geometry::CentreOfMass(*context.ShapeOf(b));
   std::vector<HalfSpaceRow> rows;
   if (contact->form == Contact::Form::kPoint) {
@@ -220,6 +221,10 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
     const double angle = std::acos(std::clamp(touch.n_W.dot(push_W.normalized()), -1.0, 1.0));
     findings.Report(label + ": direction within half the friction angle", nlp::Unit::kRadian,
                     angle - HalfFrictionAngle(context, a, b), [&] {
+                      // The direction is not why where the tool does not even get there.
+                      if (touch.distance > kTouching)
+                        return a + " does not get to " + b + " to push it: it would be " +
+                               InMillimetres(touch.distance) + " away";
                       return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
                              " off the side's normal, and friction holds " +
                              InDegrees(HalfFrictionAngle(context, a, b));
@@ -237,8 +242,8 @@ void GuessSlide(const Context& context, const Parameters& parameters, Pose& X_TC
   toward -= up_C * up_C.dot(toward);
   const double far = toward.norm();
   if (far < 1e-6) return;
-  // Along the side's normal that is nearest to the way home: what the contact, chosen for the step before,
-  // can do.
+  // Along the side's normal that is nearest to the direction to the robot: the contact, chosen for the step
+  // before, can push so.
   Vector3d best = toward / far;
   double best_cosine = 0.7;
   const geometry::Shape* shape = context.ShapeOf(b);
@@ -323,7 +328,7 @@ Kind TouchKind() {
 Kind PushNormalKind() {
   return {"push_normal",
           "Stated at the step that moves the object: the push is well within half the friction angle of the "
-          "contact's normal, the contact takes in "
+          "contact's normal, the contact spans "
           "the centre of mass and is no higher than it, and the tool clears the surface. A push of no length "
           "is allowed.",
           "Paper A, eq. (13); ERRATA A5, A13",

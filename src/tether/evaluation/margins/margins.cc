@@ -89,7 +89,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
     const int b = bodies_.object(clearance.object);
     const std::string& name = bodies_.name(b);
     const bool to_hand = clearance.object == held || IsAllowed(runner, "hand", name);
-    // Where nothing is near, the distance need not be known better.
+    // Pairs further apart than the least distance so far need no exact distance.
     double least = range_;
     std::string what;
     const auto look = [&](int a) {

@@ -16,12 +16,12 @@
 
 namespace tether::evaluation {
 
-/// The least that was left of one constraint over a run.
+/// The least margin of one constraint over a run.
 struct Margin {
   std::string name;
   double minimum = 1e300;  ///< Distance (or angle) less what is required; negative: violated.
   std::string unit;        ///< "m", "rad" or "rad/s"
-  std::string group;       ///< What is drawn together: "walls and table", "objects", "angles" …
+  std::string group;       ///< The panel in which it is drawn: "walls and table", "objects", "angles" …
   double time = 0;         ///< When, s.
   std::string what;        ///< Which bodies or joint.
   double last = 1e300;     ///< At the last tick.
@@ -30,10 +30,10 @@ struct Margin {
 /// A margin in reports and records: name, minimum, unit, time_s, what.
 Value WriteMargin(const Margin& margin);
 
-/// Measures how well constraints are kept, from the true state: by the geometry of all bodies, without the
-/// controller's rows. One margin per object of a clearance, one per other constraint, then the arm against
-/// itself, and joint velocities; and one per constraint of a verb as it is first met, by its name: "cone to
-/// tray". Distances above `range` (m) count as that.
+/// Measures margins from the true state, by the geometry of all bodies, without the controller's rows. One
+/// margin per object of a clearance, one per other constraint, then self-collision and joint velocities; and
+/// one per constraint of a verb from when it first applies, by its name: "cone to tray". Distances
+/// above `range` (m) count as that.
 class MarginMonitor {
  public:
   MarginMonitor(const scene::Scene& scene,

@@ -7,12 +7,12 @@
 
 namespace tether::execution {
 
-/// The wrench (force N, moment Nm, at the hand's origin, base frame) on the hand that explains joint torques
-/// best: τ = Jᵀ F in the sense of least squares. Allocates nothing.
+/// The wrench (force N, moment Nm, at the hand's origin, base frame) on the hand that fits the external joint
+/// torques (n, Nm) best: τ = Jᵀ F by least squares. Allocates nothing.
 math::Vector6d HandWrench(const robot::State& state, const Eigen::VectorXd& tau_external);
 
-/// Feels when a motion meets resistance: the force on the hand against the motion grows past a threshold,
-/// compared to what it was as the motion began (the payload's weight). Allocates nothing.
+/// Detects contact during a motion: the force on the hand against the motion grows past a threshold, relative
+/// to what it was as the motion began (the payload's weight). Allocates nothing.
 class ContactDetector {
  public:
   struct Options {
@@ -24,6 +24,7 @@ class ContactDetector {
   ContactDetector() = default;
   explicit ContactDetector(const Options& options) : options_(options) {}
 
+  /// A motion begins: the force without contact is learned anew.
   void Start();
   /// One tick of `dt` s: the force on the hand and the direction of motion (unit, or zero when not moving),
   /// both in one frame. Returns whether contact is felt.

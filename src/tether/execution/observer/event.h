@@ -21,8 +21,8 @@ enum class EventKind {
   kPlaceMissed,      ///< What was put down is not in its region.
   kPushSlipped,      ///< The pushed object is not where it was pushed to.
   kStalled,          ///< A verb made no progress.
-  kDetour,           ///< The arm goes round what holds it up, along a path in joint space.
-  kReplanned,        ///< What can't be done is done without: the plan goes on with other actions.
+  kDetour,           ///< The arm follows a path in joint space around what stopped it.
+  kReplanned,        ///< The plan goes on with other actions, or another place, than it had.
   kClearance,        ///< The hand could not rise to a safe height, and went on below it.
   kRetry,            ///< Execution resumes at `step`.
   kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.

@@ -15,7 +15,7 @@ class FrameTracker {
   void Reset(const math::Pose& X_WF, double time);
   /// Predicts up to `time` (s, not decreasing).
   void Predict(double time);
-  /// Takes in a measurement made at the time that was predicted to.
+  /// Corrects the prediction with a measurement made at the time of the last Predict().
   void Correct(const math::Pose& X_WF);
 
   const math::Pose& X_WF() const { return X_WF_; }

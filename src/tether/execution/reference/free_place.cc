@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What would overlap by more than this is in the way, m.
+// Overlap by more than this is an obstruction, m.
 constexpr double kOverlap = 0.001;
 // Another place has this much room, m.
 constexpr double kRoom = 0.005;
@@ -64,8 +64,8 @@ int Executive::Impl::CornersOver(const math::Pose& X_WC) const {
   return over;
 }
 
-// What is put down goes where the plan has it, unless something has come to stand there since: then to the
-// nearest place on the same surface that is free.
+// An object is put down at its pose in the plan, unless something stands there by now: then at the nearest
+// free place on the same surface.
 void Executive::Impl::FindFreePlace() {
   const math::Pose X_WT = X_WF(step().target);
   const math::Pose X_WC = X_WT * plan_step().X_TC;

@@ -44,7 +44,8 @@ void PostureSearch::Start(const Eigen::VectorXd& q, const math::Pose* X_BH, int 
   }
   planned_ = ik_solution != nullptr && ik_solution->size() == q.size();
   if (planned_) {
-    // Where the object was moved far, or the hand took it the other way round, the plan's joints don't fit.
+    // Where the object was moved far, or was grasped with the hand turned by half a turn, the plan's joints
+    // don't fit.
     state_.Set(*ik_solution, zero_);
     planned_ = (state_.X_BH().p - X_BH[0].p).norm() < kFits &&
                math::AngleBetween(state_.X_BH().R, X_BH[0].R) < kFitsTurned;
@@ -88,7 +89,7 @@ void PostureSearch::Choose() {
   for (int i = 0; i < count_; ++i) {
     Candidate& c = candidates_[i];
     c.room = std::min({(c.q - model_->lower()).minCoeff(), (model_->upper() - c.q).minCoeff(), kEnoughRoom});
-    c.way = (c.q - start_).cwiseAbs().maxCoeff();
+    c.motion = (c.q - start_).cwiseAbs().maxCoeff();
   }
   if (planned_ && candidates_[0].error < kReached) return;
   for (int i = 1; i < count_; ++i) {
@@ -96,7 +97,7 @@ void PostureSearch::Choose() {
     const Candidate& b = candidates_[i];
     const bool a_reached = a.error < kReached;
     const bool b_reached = b.error < kReached;
-    bool better = b.way < a.way;
+    bool better = b.motion < a.motion;
     if (std::abs(a.room - b.room) > kRoomThatMatters) better = b.room > a.room;
     if (a_reached != b_reached) better = b_reached;
     if (better) best_ = i;

@@ -11,12 +11,12 @@
 namespace tether::execution {
 namespace {
 
-// So near above the goal (m, rad) the way leads down, whatever stands beside it.
+// This near above the goal (m, rad) the motion leads down, whatever stands beside it.
 constexpr double kAboveGoal = 0.01;
 constexpr double kTurned = 0.1;
-// So far below the safe height the way leads across already, m.
+// This far below the safe height the motion leads across already, m.
 constexpr double kRisen = 0.01;
-// So far beside the line (m) the last stretch may still go on; beyond, it starts this many times the excess
+// Up to this far beside its line (m) the approach goes on; beyond, it starts again this many times the excess
 // before the goal.
 constexpr double kBeside = 0.01;
 constexpr double kFunnelSlope = 2;

@@ -22,6 +22,25 @@ constexpr double kSpare = 0.003, kEnd = 0.15;
 
 }  // namespace
 
+namespace {
+
+/// Why no path was found.
+std::string Explain(const motion::JointPath& path) {
+  switch (path.status) {
+    case motion::JointPathStatus::kFound:
+      break;
+    case motion::JointPathStatus::kNoFreeGoal:
+      return "the arm would touch something wherever it gets there";
+    case motion::JointPathStatus::kStartNotFree:
+      return "the arm is too near to something where it stands";
+    case motion::JointPathStatus::kGaveUp:
+      return "none was found in " + std::to_string(path.checks) + " checks";
+  }
+  return "";
+}
+
+}  // namespace
+
 std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   std::vector<control::MovingPose> still = objects;
   for (control::MovingPose& object : still) object.V.setZero();
@@ -32,7 +51,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     still[static_cast<size_t>(held)].X = control_scene.X_WBase() * kinematics.X_BH() * X_HO_grasp;
   };
 
-  // Where the goal is reached: the arm follows it with nothing in the way but the constraints on frames.
+  // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
   const control::ArmBodies bodies(model, control_scene.solids());
   std::vector<control::FieldConstraint> fields =
       BuildConstraints(options.constraints, control_scene, bodies, model->dof()).fields;
@@ -64,7 +83,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     if (reached) problem.goals.push_back(std::move(end));
   }
   if (problem.goals.empty()) {
-    why = "the arm does not get there, with nothing in the way either";
+    why = "the arm does not get there without obstacles either";
     return {};
   }
 
@@ -94,19 +113,7 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
     spare = 0;
     found = motion::FindJointPath(problem);
   }
-  switch (found.status) {
-    case motion::JointPathStatus::kFound:
-      break;
-    case motion::JointPathStatus::kNoFreeGoal:
-      why = "the arm would touch something wherever it gets there";
-      break;
-    case motion::JointPathStatus::kStartNotFree:
-      why = "the arm is too near to something where it stands";
-      break;
-    case motion::JointPathStatus::kGaveUp:
-      why = "none was found in " + std::to_string(found.checks) + " checks";
-      break;
-  }
+  if (found.status != motion::JointPathStatus::kFound) why = Explain(found);
   return std::move(found.q);
 }
 

@@ -8,9 +8,17 @@ namespace tether::execution {
 namespace {
 
 using Eigen::Vector3d;
+using math::Pose;
 
 // Angles that are narrower than this are buffered by half of them, rad.
 constexpr double kNarrow = 0.01;
+// Cones begin at least so high above their region, m.
+constexpr double kLeastHeight = 0.02;
+// Shares: of the buffer, the room at a cone's start (a frustum has sides in two directions); of the least
+// angle of `upright`, its buffer.
+constexpr double kStartRoom = 1.5, kUprightShare = 0.25;
+// Regions too small for what is brought there still leave this radius, m.
+constexpr double kLeastRadius = 0.001;
 
 control::Frame CarriedFrame(const std::string& name, const ControlScene& scene) {
   if (name == "hand") return {};
@@ -110,6 +118,38 @@ BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& sp
     }
   }
   return built;
+}
+
+control::FieldConstraint BuildRegionField(const control::ConstraintSpec& spec, const scene::Region& region,
+                                          const RegionReach& reach, double buffer) {
+  control::FieldConstraint field;
+  field.name = spec.kind + " to " + region.name;
+  field.priority = spec.relax.value_or(0);
+  field.target = reach.target;
+  field.frame = reach.frame;
+  Vector3d start = reach.p_TF;
+  if (spec.kind == "cone") {
+    field.target.X_OF = field.target.X_OF * Pose(Vector3d(0, 0, reach.end_height));
+    start.z() -= reach.end_height;
+    // It begins with the buffer's room: what is at its edge will be beyond it now and then.
+    const double across = start.head<2>().norm();
+    if (across > 1e-6) start.head<2>() *= (across + kStartRoom * buffer) / across;
+  }
+  start.z() = std::max(start.z(), kLeastHeight);
+  if (spec.kind == "upright") {
+    field.buffer = kUprightShare * spec.max;  // it becomes nearly as narrow as things stand
+    field.function = constraints::MakeNarrowingAngle(reach.up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
+                                                     Vector3d::Zero());
+  } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
+    field.function = constraints::MakePointCone(
+        std::max(kLeastRadius, disc->radius - reach.radius - spec.margin), start, Vector3d::Zero());
+  } else {
+    const Eigen::Vector2d size = std::get<scene::Rectangle>(region.form).size;
+    field.function = constraints::MakeFrustum(
+        (size.array() - 2 * (reach.radius + spec.margin)).max(2 * kLeastRadius).matrix(), start,
+        Vector3d::Zero());
+  }
+  return field;
 }
 
 }  // namespace tether::execution

@@ -10,7 +10,7 @@
 
 namespace tether::execution {
 
-/// The scene as the velocity controller sees it: objects by number, frames hung on them.
+/// The scene as the velocity controller sees it: objects by number, frames attached to them.
 class ControlScene {
  public:
   /// `robot` is the acting one's name.
@@ -20,9 +20,9 @@ class ControlScene {
   const math::Pose& X_WBase() const { return X_WBase_; }
   /// Number of an object; −1 for other names.
   int ObjectIndex(const std::string& name) const;
-  /// A frame by name, as a target: what hangs on an object moves with that. "r/base" is a robot's base.
+  /// A frame by name, as a target: what is attached to an object moves with it. "r/base" is a robot's base.
   control::Frame Target(const std::string& name) const;
-  /// The object that a frame hangs on, or itself; empty for what hangs on the world.
+  /// The object that a frame is attached to, or itself; empty for what is attached to the world.
   std::string SupportOf(const std::string& name) const;
 
  private:
@@ -45,5 +45,18 @@ BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& sp
 
 /// One field: `outside` or `tilt`.
 control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const ControlScene& scene);
+
+/// A reach that brings a frame F onto the plane of a flat region, whose frame is T.
+struct RegionReach {
+  control::Frame target, frame;
+  Eigen::Vector3d p_TF;   ///< F's origin as the reach begins, m.
+  Eigen::Vector3d up_F;   ///< Unit: the direction of F that shall point along the region's z axis.
+  double radius = 0;      ///< Of the footprint of what is brought to the region, m.
+  double end_height = 0;  ///< A cone ends at this height over the region, where the reach does, m.
+};
+
+/// The reach's own field: `cone` (paper B, eqs. (3)–(11)) or `upright`. `buffer` is the controller's, m.
+control::FieldConstraint BuildRegionField(const control::ConstraintSpec& spec, const scene::Region& region,
+                                          const RegionReach& reach, double buffer);
 
 }  // namespace tether::execution

@@ -7,7 +7,7 @@
 namespace tether::execution {
 namespace {
 
-// From this speed on, something that was touched is gone along with, m/s.
+// From this speed on, the hand moves along with what was touched, m/s.
 constexpr double kTargetMoves = 0.005;
 // What is further away than this is not touched any more, m.
 constexpr double kClear = 0.01;
@@ -57,7 +57,7 @@ bool Executive::Impl::IsClearOf(const Contact& contact) const {
                                     X_WO(object))
                .distance < kClear;
   };
-  // Open fingers stand apart from what is between them: it is out once the finger tips are.
+  // Open fingers don't touch what is between them: the hand is clear of it once the finger tips are.
   const auto at_hand = [&](int object) {
     return near(hand_shape_, X_WH_, object) ||
            geometry::DistanceToPoint(scene_.objects[static_cast<size_t>(object)].shape, X_WO(object), X_WH_.p)
@@ -69,8 +69,8 @@ bool Executive::Impl::IsClearOf(const Contact& contact) const {
                                         X_WO(contact.held), contact.frame.object);
 }
 
-// A verb that begins in the world's frame goes on in that of what was touched as soon as that moves, and in
-// the world's again once it is clear. Where it leads stays the same at the change.
+// A verb that begins in the world's frame continues in that of what was touched as soon as that moves, and in
+// the world's again once it is clear. Its goal does not jump at the change.
 void Executive::Impl::GoAlong() {
   if (now_.clear) return;
   const Contact contact = TouchedNow();

@@ -32,7 +32,7 @@ struct ExecutiveOptions {
   double slip_angle = 0.6;        ///< … or turned further, rad.
   double push_tolerance = 0.003;  ///< A push ends when the object is this near to its pose, m …
   double push_angle = 0.0175;     ///< … and turned from it by no more, rad.
-  double push_limit = 0.03;       ///< Where it can get no nearer it may end so far from its pose, m.
+  double push_limit = 0.03;       ///< A push that gets no nearer still succeeds this near to its pose, m.
   double stall_time = 1.5;        ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;       ///< s
   int max_retries = 2;            ///< Per action.
@@ -48,19 +48,17 @@ struct ExecutiveOptions {
 /// the step's target, with bounded speed and acceleration towards the pose that is wanted there; the target's
 /// own velocity is fed forward.
 ///
-/// - The hand as control frame: of the two orientations that serve a parallel gripper alike, the one with
-/// more room to the
-///   joint limits is taken, at the first reach of the step.
+/// - The hand as control frame: a parallel gripper turned by half a turn about its approach grasps alike. Of
+///   the two orientations, the one with more room to the joint limits is chosen, at the first reach of the
+///   step.
 /// - A held object as control frame is servoed through the hand, at the pose in the hand where it is now.
 /// - Any other object as control frame is pushed by what the hand holds, or by the hand, until the *object*
-/// is where the plan has
-///   it: where the tool goes follows from where the object is at each tick (ERRATA A15). See push.cc.
-/// - A reach that isn't preceded by another one in its step crosses free space: what stands in the way is
-/// passed above.
-///   Later ones, and pushes, go straight.
+///   is at its pose in the plan: the tool's goal follows from the object's pose at each tick (ERRATA A15).
+///   See push.cc.
+/// - A reach that isn't preceded by another one in its step is a transit: obstacles are passed above. Later
+///   ones, and pushes, go straight.
 /// - When a grasp is missed or lost, a push slips or a verb stalls, execution resumes at the step that can
-/// mend it, at most
-///   `max_retries` times per action.
+///   mend it, at most `max_retries` times per action.
 ///
 /// Step() allocates only where events are recorded; it neither blocks nor throws. Deterministic.
 class Executive final : public PlanRunner {
@@ -76,7 +74,7 @@ class Executive final : public PlanRunner {
   Executive& operator=(Executive&&) noexcept;
 
   /// One tick. `observations` must hold every robot of the scene; an object that the estimate lacks, or has
-  /// at a pose that is not finite, is taken to be where it was. After the end the arm holds its pose.
+  /// at a pose that is not finite, keeps its last pose. After the end the arm holds its pose.
   const robot::Commands& Step(const scene::WorldEstimate& estimate,
                               const robot::Observations& observations) override;
 

@@ -27,9 +27,9 @@ struct VerbState {
   int phase = 0;
   math::Pose X_TG;       ///< Where the reference goes, hand pose in the target frame.
   double speed = 0;      ///< Greatest linear speed, m/s.
-  bool transit = false;  ///< What stands in the way is passed above.
-  Eigen::Vector3d funnel_T = Eigen::Vector3d::UnitZ();  ///< Direction of the last stretch, unit.
-  double funnel_length = 0;                             ///< Its length, m; 0: no last stretch.
+  bool transit = false;  ///< Obstructions are passed above.
+  Eigen::Vector3d funnel_T = Eigen::Vector3d::UnitZ();  ///< Direction of the approach, unit.
+  double funnel_length = 0;                             ///< Its length, m; 0: no approach.
   double least_error = std::numeric_limits<double>::infinity();
   double progress_time = 0;
   double quiet_time = 0;  ///< How long a condition has held, s.
@@ -48,11 +48,11 @@ struct VerbState {
 
 enum class Outcome { kRunning, kDone, kAborted };
 
-/// What was touched, and by what: verbs after a contact go along with it until they are clear of it.
+/// What was touched, and by what: verbs after a contact move along with it until they are clear of it.
 struct Contact {
   AttachedFrame frame;   ///< In the world if nothing that can move was touched.
   int held = kNone;      ///< What the hand holds; kNone: the hand itself touches.
-  int released = kNone;  ///< What the hand has let go, on `frame`.
+  int released = kNone;  ///< The object that the hand has released, on `frame`.
 };
 
 struct Executive::Impl {
@@ -103,7 +103,7 @@ struct Executive::Impl {
   bool OutOfReach(const math::Pose& X_TH) const;
   /// The object was put, or stood at the start, on the carrier, or on something that was.
   bool IsCarriedBy(int carrier, int object) const;
-  /// Notes what rides on what is held.
+  /// Finds what stands on what is held.
   void FindCarried();
   bool MovesWithHand(int object) const {
     return held_ != kNone && (object == held_ || carried_[static_cast<size_t>(object)]);
@@ -188,7 +188,7 @@ struct Executive::Impl {
   double lost_time_ = 0;
   math::Pose X_HO_grasp_;
   math::Pose X_ToolHand_;  ///< The hand in the tool's frame, as it is held now (smoothed).
-  bool turned_ = false;    ///< The hand takes the plan's orientation turned by half a turn.
+  bool turned_ = false;    ///< The hand has the plan's orientation turned by half a turn.
   robot::GripperCommand gripper_;
   Eigen::VectorXd posture_, posture_goal_;
   Eigen::Vector3d obstacle_direction_B_ = Eigen::Vector3d::Zero();

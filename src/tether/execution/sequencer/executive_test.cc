@@ -93,7 +93,7 @@ TEST(Executive, RefusesWhatItCannotExecute) {
 
   plan = PickAndPlace();
   std::get<planning::GripperVerb>(plan.steps[0].execute[3]).close_on = "hand";
-  EXPECT_THAT(ErrorOf(plan), HasSubstr("the gripper closes on 'hand', which is no object"));
+  EXPECT_THAT(ErrorOf(plan), HasSubstr("the gripper closes on 'hand', which is not an object"));
 
   ExecutiveOptions options;
   options.leash = 0;

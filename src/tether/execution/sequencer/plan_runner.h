@@ -31,7 +31,7 @@ struct StepRecord {
   double rotation_error = 0;  ///< rad
 };
 
-/// What runs a plan, tick by tick: by torques (Executive) or by velocities (VelocityExecutive).
+/// An executive: runs a plan tick by tick, by torques (Executive) or by velocities (VelocityExecutive).
 class PlanRunner {
  public:
   virtual ~PlanRunner() = default;
@@ -55,7 +55,7 @@ class PlanRunner {
   virtual int replans() const { return 0; }
   /// Pairs that the present step may bring into contact: names of objects, and "hand".
   virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
-  /// What the present verb asks to hold on its way besides the scenario's constraints.
+  /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };
 

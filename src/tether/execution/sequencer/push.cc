@@ -13,23 +13,23 @@ using Eigen::Vector3d;
 
 // The object is led back to the straight line to its place within about this length, m.
 constexpr double kLookAhead = 0.025;
-// Contacts creep sideways under a steady load: what that takes to make up for is learned at this rate, 1/s.
+// Contacts creep sideways under a steady load: the correction is learned at this rate, 1/s.
 constexpr double kDriftRate = 1.0;
-// The reference takes up this share of what the object still lacks per second: slowly enough that nothing is
-// pushed beyond its place, from where no tool could pull it back, 1/s.
+// The reference advances by this share of the object's remaining error per second, 1/s: slowly enough that
+// nothing is pushed beyond its place, from where no tool could pull it back.
 constexpr double kPushRate = 4;
 constexpr double kReferenceRate = 12;  // 1/s, of PoseReference
-// So near the object is at its place, along the push, m; a push that lasts goes on to the middle of what is
+// This near along the push the object is at its place, m; a longer push goes on to the middle of what is
 // allowed.
 constexpr double kThere = 0.0005;
-// Of the friction angle, how much the direction in which the tool presses may use.
+// The share of the friction angle within which the direction of pressing stays.
 constexpr double kConeShare = 0.7;
 constexpr double kLeastFriction = 0.1;
-// Pressing turns an object by no more than its way times this, rad/m.
-constexpr double kTurnPerWay = 25;
-// Tool and object further apart than this do not tell in which direction is pressed, m.
+// A correction turns an object by no more than this per distance pushed, rad/m.
+constexpr double kTurnPerDistance = 25;
+// Tool and object further apart than this don't define the direction of pressing, m.
 constexpr double kApart = 0.02;
-// A pusher that moved so far without taking the object along has lost it.
+// A pusher that moved this far without the object has lost it.
 constexpr double kPushSlack = 0.06;  // m
 constexpr double kPushShare = 0.3;
 // The tool backs off by this before anything else happens: what rises along a side drags it along, m.
@@ -63,7 +63,7 @@ void Executive::Impl::EnterPush() {
   const geometry::Shape& tool = hand ? hand_shape_ : scene_.objects[static_cast<size_t>(step().tool)].shape;
   const geometry::Distance touch =
       geometry::SignedDistance(tool, hand ? X_WH_ : X_WO(step().tool), object.shape, X_WC);
-  // Along the normal where they touch; from afar, along the way.
+  // Along the normal where they touch; from afar, along the motion.
   Vector3d normal_W = Level(X_WT.R * (plan_step().X_TC.p - now_.X_TC_start.p));
   if (const Vector3d n_W = Level(touch.n_W); touch.distance < kApart && n_W.norm() > 0.5) normal_W = n_W;
   if (normal_W.norm() < 1e-9) normal_W = Level(X_WC.p - X_WH_.p);
@@ -78,11 +78,11 @@ void Executive::Impl::EnterPush() {
   now_.slope = std::tan(kConeShare * std::atan(std::max(friction, kLeastFriction)));
 }
 
-// The object goes along the straight line from where it stood to its place. It moves with the tool, so what
-// the object lacks the tool's reference is moved by, at each tick: whatever the tool slips, the load bends
-// the arm, or the object turns is made up for. The direction stays within the friction cone about the normal
-// of the contact, and turning is paid for by way, so that corrections end where the push does. Lynch and
-// Mason, "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
+// The object follows the straight line from where it stood to its place. At each tick the tool's reference
+// moves by the object's remaining error, which makes up for slip of the tool, for the arm's compliance under
+// the load, and for turning of the object. The direction stays within the friction cone about the contact's
+// normal, and turning is bounded by the distance pushed, so that corrections end where the push does. Lynch
+// and Mason, "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
 Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   if (PushSlips()) return Outcome::kAborted;
   const math::Pose X_WT = X_WF(frame_);
@@ -107,7 +107,7 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   }
   Vector3d beside = lack - forward * n;
   beside -= X_WT.R.row(2).transpose() * X_WT.R.row(2).dot(beside);  // it stays on its surface
-  Vector3d off = now_.X_TC_start.p - X_TC.p;                        // the shortest way back to the line
+  Vector3d off = now_.X_TC_start.p - X_TC.p;  // the shortest displacement back to the line
   off -= u * u.dot(off);
   now_.drift_T += kDriftRate * options_.period * (off - n * n.dot(off));
   if (const double most = now_.slope * kLookAhead; now_.drift_T.norm() > most)
@@ -115,7 +115,7 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
   if (const double most = now_.slope * forward; beside.norm() > most) beside *= most / beside.norm();
   Vector3d turn = math::LogSO3(X_TC_goal.R * X_TC.R.transpose());
-  if (const double most = kTurnPerWay * forward; turn.norm() > most) turn *= most / turn.norm();
+  if (const double most = kTurnPerDistance * forward; turn.norm() > most) turn *= most / turn.norm();
 
   const double share = kPushRate / kReferenceRate;
   const math::Pose& X_TR = reference_.X_TR();
@@ -178,8 +178,8 @@ Outcome Executive::Impl::FinishPush() {
   const math::Pose X_TC = math::Between(X_WF(step().target), X_WO(step().control));
   const math::Pose& X_TC_goal = plan_step().X_TC;
   const Vector3d error = X_TC.p - X_TC_goal.p;
-  const Vector3d way = X_TC_goal.p - now_.X_TC_start.p;
-  const double along = way.norm() > 1e-6 ? error.dot(way.normalized()) : 0;
+  const Vector3d path = X_TC_goal.p - now_.X_TC_start.p;
+  const double along = path.norm() > 1e-6 ? error.dot(path.normalized()) : 0;
   const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
   StepRecord& record = records_[static_cast<size_t>(step_)];
   record.position_error = error.norm();

@@ -142,7 +142,8 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
       grasp_step = static_cast<int>(i);
       r.close_on.back() = held;
       if (held == kNone) {
-        diagnostics.Add({}, where + "the gripper closes on '" + gripper->close_on + "', which is no object",
+        diagnostics.Add({},
+                        where + "the gripper closes on '" + gripper->close_on + "', which is not an object",
                         UnknownName(gripper->close_on, FrameNames(scene, true)));
       }
     }

@@ -25,7 +25,7 @@ struct ResolvedStep {
   bool push = false;          ///< The control frame is moved by the tool.
   math::Pose X_CTool;         ///< Identity unless this is a push.
   int first_reach = 0;        ///< Index of the first reach among the verbs.
-  int grasp_step = kNone;     ///< The step that took up what is held as this one begins.
+  int grasp_step = kNone;     ///< The step that grasped what is held as this one begins.
   int action_start = 0;       ///< First step of the same action.
   std::vector<int> close_on;  ///< Per verb: object index, or kNone.
 };
@@ -35,8 +35,8 @@ struct ResolvedPlan {
   std::vector<ResolvedStep> steps;
 };
 
-/// Looks up names, finds out what is held at each step and which tool pushes. A step without verbs gets a
-/// reach. Throws InputError with everything that can't be executed.
+/// Looks up names, and determines what is held at each step and which tool pushes. A step without verbs gets
+/// a reach. Throws InputError with everything that can't be executed.
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan);
 
 }  // namespace tether::execution

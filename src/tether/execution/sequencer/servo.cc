@@ -10,7 +10,7 @@ namespace {
 constexpr double kGravity = 9.81;  // m/s²
 // The null-space posture moves towards its goal at most this fast, rad/s.
 constexpr double kPostureSpeed = 0.8;
-// The payload's weight is taken over within this time after grasping, s.
+// The payload's weight is fed forward fully after this time from grasping, s.
 constexpr double kTakeOver = 0.3;
 // Obstacles are looked for every so many ticks.
 constexpr int kObstacleTicks = 4;
@@ -19,7 +19,7 @@ constexpr double kFar = 0.3;
 // A hand this many leashes behind is no longer pulled to its reference; the reference starts over from the
 // hand.
 constexpr double kLostHand = 3;
-// On its way round things the wrist stays this far within the arm's reach, m.
+// In a transit around obstacles the wrist stays this far within the arm's reach, m.
 constexpr double kWithinReach = 0.04;
 
 }  // namespace

@@ -20,7 +20,7 @@ using math::Pose;
 constexpr double kBeneath = 0.005;
 // A footprint may reach so far beyond an outline and is still within it, m.
 constexpr double kWithin = 0.001;
-// From this speed on, something that was touched is gone along with, m/s.
+// From this speed on, the hand moves along with what was touched, m/s.
 constexpr double kTargetMoves = 0.005;
 // What is further away than this is not touched any more, m.
 constexpr double kClear = 0.01;
@@ -48,8 +48,8 @@ bool VelocityExecutive::Impl::IsOver(int object, int carrier) const {
   return true;
 }
 
-// What carries a region is what lies beneath its plane within its outline, wherever its frame hangs; what its
-// frame hangs on as well. `found` is filled anew.
+// What carries a region is what lies beneath its plane within its outline, whatever its frame is attached to,
+// and the object that its frame is attached to. `found` is filled anew.
 void VelocityExecutive::Impl::FindCarriers(const scene::Region& region, std::vector<int>& found) const {
   found.clear();
   const control::Frame frame = control_scene.Target(region.name);
@@ -125,7 +125,7 @@ int VelocityExecutive::Impl::ContactObject() const {
 bool VelocityExecutive::Impl::IsClearOf(int object) const {
   if (held >= 0) return std::find(supports.begin(), supports.end(), object) == supports.end();
   const geometry::Shape hand = model->HandShape(opening);
-  // Open fingers stand apart from what is between them: it is out once the finger tips are.
+  // Open fingers don't touch what is between them: the hand is clear of it once the finger tips are.
   const auto near = [&](int other) {
     const geometry::Shape& shape = scene.objects[static_cast<size_t>(other)].shape;
     const Pose& X_WO = objects[static_cast<size_t>(other)].X;
@@ -136,8 +136,8 @@ bool VelocityExecutive::Impl::IsClearOf(int object) const {
   return !near(object) && (released < 0 || !near(released));
 }
 
-// The hand goes along with what was touched as soon as that moves, and no longer once it is clear of it.
-// `move`: the verb has a goal of its own, which goes along; else the hand keeps its pose there.
+// The hand moves along with what was touched as soon as that moves, until it is clear of it. `move`: the verb
+// has a goal of its own, which moves along; else the hand keeps its pose relative to it.
 void VelocityExecutive::Impl::GoAlong(bool move) {
   if (clear) return;
   int object = along >= 0 ? along : ContactObject();
@@ -164,7 +164,8 @@ void VelocityExecutive::Impl::GoAlong(bool move) {
   along = object;
 }
 
-// What was let go in this step stands beside the region that it was brought to: it is taken up again.
+// What was released in this step stands beside its target region: it is grasped again, and where that did not
+// help either the run has failed, since later actions begin from where it was to be.
 bool VelocityExecutive::Impl::MissedItsRegion() {
   if (released < 0 || !schema().target_is_region) return false;
   const scene::Region& region = *scene.FindRegion(schema().target);
@@ -180,17 +181,22 @@ bool VelocityExecutive::Impl::MissedItsRegion() {
   } else {
     std::snprintf(text, sizeof text, "its foot is %.1f mm off", 1e3 * fit.height);
   }
-  Record(EventKind::kPlaceMissed, "'" + name + "' is not in '" + region.name + "': " + text);
+  const std::string reason = "'" + name + "' is not in '" + region.name + "': " + text;
+  Record(EventKind::kPlaceMissed, reason);
   for (int step = at; step >= 0; --step) {
     const planning::StepSchema& taking = steps[static_cast<size_t>(step)].schema;
     if (taking.control != "hand" || taking.target != name) continue;
     const int action = plan.steps[static_cast<size_t>(step)].action_index;
-    if (retries_of_action[action] >= options.max_retries) return false;
+    if (retries_of_action[action] >= options.max_retries) {
+      Fail(reason + ", although it was grasped again " + std::to_string(options.max_retries) + " times");
+      return true;
+    }
     at = step;
-    Abort(EventKind::kRetry, "'" + name + "' is taken up again", true);
+    Abort(EventKind::kRetry, "'" + name + "' is grasped again", true);
     return true;
   }
-  return false;
+  Fail(reason + ", and no earlier step of the plan grasps it");
+  return true;
 }
 
 }  // namespace tether::execution

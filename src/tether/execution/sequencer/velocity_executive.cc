@@ -67,6 +67,7 @@ VelocityExecutive::Impl::Impl(const scene::Scene& scene_in,
       controller(MakeController()),
       q(model->home()),
       objects(scene.objects.size()),
+      trackers(scene.objects.size()),
       invalid(scene.objects.size(), false) {
   options.Validate();
   plan.robot = robot_name;
@@ -106,12 +107,16 @@ void VelocityExecutive::Impl::Sense(const scene::WorldEstimate& estimate,
       invalid[i] = true;
       continue;
     }
-    const math::Pose& X = found->second;
+    object.X = found->second;
+    // Its velocity is filtered: what stands on a contact trembles from one tick to the next, and is at rest.
+    FrameTracker& tracker = trackers[i];
     if (sensed && !invalid[i]) {
-      object.V.head<3>() = (X.p - object.X.p) / options.period;
-      object.V.tail<3>() = math::LogSO3(X.R * object.X.R.transpose()) / options.period;
+      tracker.Predict(time);
+      tracker.Correct(object.X);
+    } else {
+      tracker.Reset(object.X, time);
     }
-    object.X = X;
+    object.V = tracker.V_WF();
     invalid[i] = false;
   }
   sensed = true;
@@ -225,7 +230,7 @@ void VelocityExecutive::Impl::WatchHeld() {
     const planning::StepSchema& taking = steps[static_cast<size_t>(step)].schema;
     if (taking.control != "hand" || taking.target != name) continue;
     at = step;
-    return Abort(EventKind::kRetry, "'" + name + "' is taken up again", true);
+    return Abort(EventKind::kRetry, "'" + name + "' is grasped again", true);
   }
   Fail("'" + name + "' was lost");
 }
@@ -249,7 +254,7 @@ void VelocityExecutive::Impl::WatchSafety() {
   }
   if (flags.relaxed) {
     if (time > relaxed_until)
-      Record(EventKind::kSafety, "constraints conflict: '" + name + "' gives way at " +
+      Record(EventKind::kSafety, "constraints conflict: '" + name + "' is violated at " +
                                      Number(flags.violation, "%.4f") + " (m or rad) per second");
     relaxed_until = time + kSameEvent;
   }
@@ -323,7 +328,7 @@ bool VelocityExecutive::Impl::TryAlternative(std::string& why) {
   }
   ++replanner;
   if (held >= 0 && held_name != held_before) {
-    // It was taken by the action that is given up.
+    // It was grasped by the action that is given up.
     Record(EventKind::kReleased, "'" + held_name + "'");
     Release();
     gripper.mode = robot::GripperCommand::Mode::kOpening;

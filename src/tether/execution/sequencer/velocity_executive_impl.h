@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 
@@ -71,13 +72,15 @@ struct VelocityExecutive::Impl {
   std::optional<math::Pose> KeyPose();
   math::Pose Offset(const Eigen::Vector3d& offset, planning::In in, const math::Pose& X_TF,
                     const math::Pose& X_WT) const;
-  /// How far the hand can open here without coming nearer to anything than it may, m.
+  /// How far the hand can open here and keep its clearances, m.
   double FreeOpening();
   Outcome WatchProgress(double error);
   std::string WhatHoldsUp() const;
+  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  std::string BeyondReach() const;
   bool TryDetour(std::string& why);
-  /// velocity_detour.cc: configurations that lead round what is in the way of the goal; empty, with the
-  /// reason, if none do.
+  /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
+  /// none is found.
   std::vector<Eigen::VectorXd> FindDetour(std::string& why);
 
   const planning::StepSchema& schema() const { return steps[static_cast<size_t>(at)].schema; }
@@ -104,6 +107,7 @@ struct VelocityExecutive::Impl {
   Eigen::VectorXd q;
   double opening = 0;
   std::vector<control::MovingPose> objects;  ///< In the world.
+  std::vector<FrameTracker> trackers;        ///< Of the objects: their velocities.
   std::vector<bool> invalid;                 ///< Its last pose was not finite.
   math::Pose X_WH;
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "testing/common/heap_count.h"
+#include "testing/execution/fake_arm.h"
 #include "tether/common/error.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/planning/skeleton/action_reader.h"
@@ -21,131 +22,7 @@ using Eigen::VectorXd;
 using math::Pose;
 using ::testing::HasSubstr;
 
-/// A table with two regions, a hub above it, and a block in the first region.
-scene::Scene MakeScene() {
-  scene::Scene scene;
-  const auto add = [&](const char* name, const Vector3d& size, const char* parent, const Vector3d& p,
-                       std::optional<double> mass) {
-    scene::Object object;
-    object.name = name;
-    object.shape = geometry::Primitive(geometry::Box{size});
-    object.parent = parent;
-    object.X_ParentObject = Pose(p);
-    object.mass = mass;
-    scene.objects.push_back(object);
-  };
-  add("table", {1.4, 1.8, 0.04}, "world", {0, 0, -0.02}, {});
-  add("block", {0.06, 0.04, 0.10}, "left", {0.005, -0.01, 0.05}, 0.1);
-  const auto region = [&](const char* name, const scene::RegionForm& form, const char* parent,
-                          const Vector3d& p) {
-    scene::Region one;
-    one.name = name;
-    one.form = form;
-    one.parent = parent;
-    one.X_ParentRegion = Pose(p);
-    scene.regions.push_back(one);
-  };
-  region("left", scene::Disc{0.06}, "table", {0.35, 0.3, 0.02});
-  region("right", scene::Disc{0.06}, "table", {0.3, -0.35, 0.02});
-  region("square", scene::Rectangle{{0.12, 0.12}}, "table", {0.45, 0.0, 0.02});
-  region("hub", geometry::Primitive(geometry::Sphere{0.05}), "world", {0.3, 0, 0.35});
-  scene.regions.back().hub = true;
-  scene.regions[1].dwell = 0.5;
-  scene::Robot robot;
-  robot.name = "jaco";
-  robot.model = "j2n6s300";
-  scene.robots.push_back(robot);
-  return scene;
-}
-
-const std::vector<planning::ActionSchema>& Actions() {
-  static const auto actions = planning::ReadActions(robot::DataDirectory() + "/models/actions/regions.yaml");
-  return actions;
-}
-
-std::shared_ptr<const robot::Model> Jaco() {
-  static const auto model = robot::Model::Load("j2n6s300");
-  return model;
-}
-
-/// The arm follows its velocities exactly; the gripper closes on what is between its fingers, which then
-/// moves with the hand.
-struct Fake {
-  scene::Scene scene = MakeScene();
-  VelocityExecutiveOptions options;
-  scene::WorldEstimate truth;
-  robot::Observations observations;
-  robot::Kinematics kinematics{Jaco()};
-  std::string held;
-  Pose X_HO;
-  std::unique_ptr<VelocityExecutive> executive;
-
-  Fake() {
-    control::ConstraintSpec clearance;
-    clearance.kind = "clearance";
-    clearance.of = {"links", "held"};
-    clearance.to = {"table", "objects"};
-    clearance.distance = 0.01;
-    options.constraints = {clearance};
-    options.controller.gain = 3;
-  }
-
-  void Start(const std::vector<std::string>& plan_actions) {
-    planning::Plan plan;
-    plan.actions = plan_actions;
-    executive = std::make_unique<VelocityExecutive>(
-        scene, std::map<std::string, std::shared_ptr<const robot::Model>>{{"jaco", Jaco()}}, Actions(), plan,
-        options);
-    truth.time = 0;
-    for (const scene::Object& object : scene.objects)
-      truth.X_WO[object.name] = scene.InitialPose(object.name);
-    robot::Observation& seen = observations["jaco"];
-    seen.q = Jaco()->home();
-    seen.v = VectorXd::Zero(6);
-    seen.gripper_opening = Jaco()->gripper().max_opening;
-  }
-
-  /// One tick; `disturb` may change the world before it.
-  void Tick() {
-    const robot::Command& command = executive->Step(truth, observations).at("jaco");
-    robot::Observation& seen = observations["jaco"];
-    seen.q += options.period * command.velocity;
-    kinematics.Set(seen.q);
-    const bool closing = command.gripper.mode == robot::GripperCommand::Mode::kForce;
-    const double wanted = closing ? (held.empty() && !Between() ? 0.0 : 0.04) : command.gripper.opening;
-    const double step = 0.2 * options.period;
-    seen.gripper_opening += std::clamp(wanted - seen.gripper_opening, -step, step);
-    if (closing && held.empty() && Between() && seen.gripper_opening <= 0.04) {
-      held = "block";
-      X_HO = math::Between(kinematics.X_BH(), truth.X_WO["block"]);
-    }
-    if (!closing) held.clear();
-    if (!held.empty()) truth.X_WO[held] = kinematics.X_BH() * X_HO;
-    truth.time += options.period;
-  }
-  bool Between() const { return (kinematics.X_BH().p - truth.X_WO.at("block").p).norm() < 0.05; }
-
-  void Run(
-      double seconds, const std::function<void()>& each = [] {}) {
-    for (const double end = truth.time + seconds; executive->running() && truth.time < end;) {
-      each();
-      Tick();
-    }
-  }
-
-  std::string Story() const {
-    std::string text;
-    for (const Event& event : executive->events())
-      text += std::to_string(event.time) + " " + std::string(ToString(event.kind)) + " " + event.text + "\n";
-    return text;
-  }
-  bool Happened(EventKind kind, const std::string& text = "") const {
-    for (const Event& event : executive->events()) {
-      if (event.kind == kind && event.text.find(text) != std::string::npos) return true;
-    }
-    return false;
-  }
-};
+using Fake = FakeArm;
 
 const std::vector<std::string> kCarry = {"move(left)",        "grasp(block,left)",  "hold(block,hub)",
                                          "hold(block,right)", "place(block,right)", "move(hub)"};
@@ -192,12 +69,41 @@ TEST(VelocityExecutiveTest, ARegionThatMovesIsFollowed) {
   EXPECT_LT((fake.truth.X_WO["block"].p - p_WR).head<2>().norm(), 0.06 - 0.036);
 }
 
+// cups, seed 2077: a cylinder stands on a table and trembles by hundredths of a millimetre, in turns of three
+// ticks. Taken for motion, that was more than joints may change their velocity by, and the grasp stood still
+// 3 mm before its pose.
+TEST(VelocityExecutiveTest, WhatTremblesIsAtRest) {
+  for (const int turn : {2, 3}) {
+    Fake fake;
+    fake.Start({"move(left)", "grasp(block,left)"});
+    const Pose X_WO = fake.truth.X_WO["block"];
+    int ticks = 0, sudden = 0;
+    VectorXd q = Jaco()->home(), v = VectorXd::Zero(6);
+    fake.Run(60, [&] {
+      const VectorXd now = (fake.observations["jaco"].q - q) / fake.options.period;
+      if (fake.executive->step() == 2) {
+        ++ticks;
+        sudden += (now - v).cwiseAbs().maxCoeff() > 0.015;
+      }
+      v = now;
+      q = fake.observations["jaco"].q;
+      if (!fake.held.empty()) return;
+      const double angle = 2 * M_PI * std::round(fake.truth.time / fake.options.period) / turn;
+      const Vector3d side(std::cos(angle), std::sin(angle), 0);
+      fake.truth.X_WO["block"] = X_WO * Pose(math::ExpSO3(3e-4 * side), 2e-5 * side);
+    });
+    ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
+    EXPECT_FALSE(fake.Happened(EventKind::kStalled)) << fake.Story();
+    EXPECT_LT(sudden, 0.1 * ticks) << turn << " of " << ticks << ": only where verbs begin";
+  }
+}
+
 TEST(VelocityExecutiveTest, AGraspThatFailsIsTriedAgain) {
   Fake fake;
   fake.Start(kCarry);
   bool moved = false;
   fake.Run(160, [&] {
-    // Somebody takes the block from between the fingers as they close.
+    // The block is removed from between the fingers as they close.
     if (!moved && fake.executive->step() == 2 && fake.observations["jaco"].gripper_opening < 0.15) {
       fake.truth.X_WO["block"].p.x() -= 0.08;
       moved = true;
@@ -229,9 +135,9 @@ TEST(VelocityExecutiveTest, AnArmThatIsHeldUpSaysByWhat) {
   EXPECT_THAT(fake.executive->status().reason, HasSubstr("move(right): no progress"));
 }
 
-TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
+TEST(VelocityExecutiveTest, AWallIsPassedByADetour) {
   Fake fake;
-  // A screen across the straight way from the left to the right: sliding along it leads nowhere.
+  // A screen across the straight line from the left to the right: sliding along it leads nowhere.
   scene::Object screen;
   screen.name = "screen";
   screen.shape = geometry::Primitive(geometry::Box{{0.5, 0.02, 0.3}});
@@ -252,7 +158,7 @@ TEST(VelocityExecutiveTest, AWallInTheWayIsGoneRound) {
   EXPECT_GT(nearest, -1e-3);  // on the detour as well
 }
 
-TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
+TEST(VelocityExecutiveTest, ABlockedActionIsReplacedByOthers) {
   Fake fake;
   BlockRight(fake);
   std::vector<std::string> done_before;
@@ -275,7 +181,7 @@ TEST(VelocityExecutiveTest, WhatIsBlockedIsDoneAnotherWay) {
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.45, 0, 0.05)).norm(), 0.05);
 }
 
-TEST(VelocityExecutiveTest, WithoutAnotherWayTheRunFailsAndSaysWhy) {
+TEST(VelocityExecutiveTest, WithoutOtherActionsTheRunFailsWithAReason) {
   Fake fake;
   BlockRight(fake);
   fake.options.alternative = [](const auto&, const std::string&,
@@ -319,7 +225,7 @@ TEST(VelocityExecutiveTest, TheHandOpensAsFarAsThereIsRoom) {
     ASSERT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
     EXPECT_GT(nearest, -fake.options.controller.buffer - 1e-3) << plank_there;
     if (plank_there)
-      EXPECT_LT(widest, 0.16) << fake.Story();  // the cone ends near the middle between the planks
+      EXPECT_LT(widest, 0.15) << fake.Story();
     else
       EXPECT_GT(widest, 0.17) << fake.Story();
   }
@@ -389,7 +295,7 @@ TEST(VelocityExecutiveTest, TheConeHoldsWhereTheReachEnds) {
   }
 }
 
-// cup_released_beside_tray: what was at the right height beside its region was let go there.
+// cup_released_beside_tray: an object at the right height beside its region was released there.
 TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   Fake fake;
   fake.options.max_retries = 0;
@@ -406,7 +312,7 @@ TEST(VelocityExecutiveTest, NothingIsLetGoBesideItsRegion) {
   EXPECT_FALSE(fake.Happened(EventKind::kReleased)) << fake.Story();
 }
 
-// What was put down and stands beside its region is taken up again.
+// What was put down and stands beside its region is grasped again.
 TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
   Fake fake;
   fake.Start(kCarry);
@@ -422,8 +328,45 @@ TEST(VelocityExecutiveTest, WhatMissedItsRegionIsTakenUpAgain) {
   EXPECT_LT((fake.truth.X_WO["block"].p - Vector3d(0.3, -0.35, 0.05)).head<2>().norm(), 0.06 - 0.036);
 }
 
+// A place that is missed too often was passed over, and later actions began from what was not so.
+TEST(VelocityExecutiveTest, WhatMissesItsRegionTooOftenFails) {
+  Fake fake;
+  fake.options.max_retries = 1;
+  fake.Start(kCarry);
+  size_t seen = 0;
+  fake.Run(300, [&] {
+    const std::vector<Event>& events = fake.executive->events();
+    for (; seen < events.size(); ++seen) {
+      if (events[seen].kind == EventKind::kReleased) fake.truth.X_WO["block"].p.x() -= 0.06;
+    }
+  });
+  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+  EXPECT_THAT(
+      fake.executive->status().reason,
+      ::testing::AllOf(HasSubstr("place(block,right): 'block' is not in 'right': its footprint reaches"),
+                       HasSubstr("although it was grasped again 1 times")));
+}
+
+// A tin that rolled off was "9429394 mm away", and was gone after until the end.
+TEST(VelocityExecutiveTest, WhatFellFarBeyondReachIsGivenUpAndSaid) {
+  for (const bool falls : {true, false}) {
+    Fake fake;
+    fake.Start({"move(left)", "grasp(block,left)"});
+    fake.Run(100, [&] {
+      if (fake.executive->step() == 2)
+        fake.truth.X_WO["block"].p = falls ? Vector3d(0.3, 0.3, -9429) : Vector3d(0, 3, 0);
+    });
+    EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFailed) << fake.Story();
+    EXPECT_THAT(fake.executive->status().reason,
+                ::testing::AllOf(HasSubstr(falls ? "'block' is 94" : "'block' is 3.0 m from"),
+                                 HasSubstr(" m from the shoulder of 'jaco', which reaches "),
+                                 ::testing::Not(HasSubstr("again"))));
+    EXPECT_EQ(fake.executive->retries(), 0) << fake.Story();
+  }
+}
+
 // thin_mat_blocks_placing: only the mat was exempt, not the table beneath it. A block that stands on a mat is
-// taken up from there as well.
+// grasped from there as well.
 TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
   for (const bool from : {false, true}) {
     Fake fake;
@@ -443,9 +386,9 @@ TEST(VelocityExecutiveTest, WhatLiesBeneathAMatIsNoHindrance) {
   }
 }
 
-// region_in_the_world_is_never_placed_into: only what a region's frame hangs on was taken for its carrier.
-// What carries it is what lies beneath it, wherever the frame hangs: on the world, the robot, or something
-// else.
+// region_in_the_world_is_never_placed_into: only the object that a region's frame is attached to counted as
+// its carrier. What carries it is what lies beneath it, whatever the frame is attached to: the world, the
+// robot, or something else.
 TEST(VelocityExecutiveTest, WhatLiesBeneathARegionCarriesIt) {
   for (const std::string parent : {"world", "jaco", "lamp"}) {
     for (const bool mat : {false, true}) {

@@ -23,28 +23,24 @@ using math::Pose;
 constexpr double kShiftTolerance = 0.006, kShiftTurnTolerance = 0.1;
 // The gripper has settled when its opening changes by less than this for so long.
 constexpr double kSettledOpening = 5e-4, kSettledTime = 0.3, kGripperTimeout = 2.5;
-// Where there is no room to open the hand all the way, it opens at least so far, and is tried in such steps,
-// m.
+// Where there is no room to open the hand fully: the least opening, and the steps in which openings are
+// tried, m.
 constexpr double kLeastOpening = 0.015, kOpeningStep = 0.005, kNoRoom = 1e-4;
 // Wider than what is to be grasped, when that is tried again, m.
 constexpr double kNarrowOpening = 0.05;
 // Progress is this much of error (m, a radian counts a third) within the stall time.
 constexpr double kProgress = 5e-4, kRadian = 0.3;
-// Cones begin at least so high above their region, m.
-constexpr double kLeastHeight = 0.02;
-// Of the buffer, the room at a cone's start (a frustum has its sides in two directions); of the least angle
-// of `upright`, its buffer.
-constexpr double kStartRoom = 1.5, kUprightShare = 0.25;
-// Regions too small for what is brought there still leave this radius, m.
-constexpr double kLeastRadius = 0.001;
 constexpr double kFirstSpeed = 0.05;
 constexpr double kWaypoint = 0.04;  // rad
 // A reach is not done before its constraints hold to within this, m and rad.
 constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
 
-std::string Millimetres(double metres) {
-  char text[32];
-  FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
+std::string Length(double metres) {
+  char text[40];
+  if (metres < 1)
+    FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
+  else
+    FormatInto(text, sizeof text, "%.1f m", metres);
   return text;
 }
 
@@ -119,7 +115,7 @@ std::optional<Pose> VelocityExecutive::Impl::KeyPose() {
   const scene::Object& object = scene.objects[static_cast<size_t>(target)];
   constraints::GraspFlaws flaws;
   Eigen::Matrix3d R_WH = X_WH.R;
-  // The other way round, after two tries: fingers need not be alike on both sides.
+  // Turned by half a turn, after two tries: fingers need not be alike on both sides.
   if (records[static_cast<size_t>(at)].attempts > 2) R_WH.leftCols<2>() *= -1;
   const auto found = constraints::FindTopGrasp(*model, object.shape, objects[static_cast<size_t>(target)].X,
                                                R_WH, planning::LoadOf(object, step.schema), &flaws);
@@ -203,39 +199,11 @@ bool VelocityExecutive::Impl::EnterRegionReach(const planning::ReachVerb& reach,
                          ? std::vector<control::ConstraintSpec>{}
                          : control::ReadConstraintSpecs(
                                reach.constraints, control::ConstraintPlace::kRegionVerb, Names(), ignored);
+  const RegionReach arrival{target, frame,  X_TF_now.p,
+                            up_F,   radius, std::max(0.0, X_TF.p.z()) + reach.position_tolerance};
   for (const control::ConstraintSpec& spec : specs) {
     if (spec.kind == "cone" || spec.kind == "upright") {
-      if (solid) continue;
-      control::FieldConstraint field;
-      field.name = spec.kind + " to " + region.name;
-      field.priority = spec.relax.value_or(0);
-      field.target = target;
-      field.frame = frame;
-      Vector3d start = X_TF_now.p;
-      if (spec.kind == "cone") {
-        // It ends at the height where the reach does.
-        const double end = std::max(0.0, X_TF.p.z()) + reach.position_tolerance;
-        field.target.X_OF = field.target.X_OF * Pose(Vector3d(0, 0, end));
-        start.z() -= end;
-        // It begins with the buffer's room: what is at its edge can't but be over it now and then.
-        const double across = start.head<2>().norm();
-        if (across > 1e-6) start.head<2>() *= (across + kStartRoom * options.controller.buffer) / across;
-      }
-      start.z() = std::max(start.z(), kLeastHeight);
-      if (spec.kind == "upright") {
-        field.buffer = kUprightShare * spec.max;  // it becomes nearly as narrow as things stand
-        field.function = constraints::MakeNarrowingAngle(up_F, Vector3d::UnitZ(), spec.max, spec.per_height,
-                                                         Vector3d::Zero());
-      } else if (const auto* disc = std::get_if<scene::Disc>(&region.form)) {
-        field.function = constraints::MakePointCone(
-            std::max(kLeastRadius, disc->radius - radius - spec.margin), start, Vector3d::Zero());
-      } else {
-        const Eigen::Vector2d size = std::get<scene::Rectangle>(region.form).size;
-        field.function = constraints::MakeFrustum(
-            (size.array() - 2 * (radius + spec.margin)).max(2 * kLeastRadius).matrix(), start,
-            Vector3d::Zero());
-      }
-      fields.push_back(std::move(field));
+      if (!solid) fields.push_back(BuildRegionField(spec, region, arrival, options.controller.buffer));
     } else {
       fields.push_back(BuildField(spec, control_scene));
     }
@@ -251,7 +219,7 @@ bool VelocityExecutive::Impl::EnterFrameReach(const planning::ReachVerb& reach) 
   if (!X_TC) return false;
   const bool again = records[static_cast<size_t>(at)].attempts > 1;
   if (again && grasp && held < 0 && gripper.mode == robot::GripperCommand::Mode::kOpening) {
-    // What is beside the object may have been in the way of an open hand.
+    // What is beside the object may have obstructed an open hand.
     gripper.opening = std::min(model->gripper().max_opening, grasp_width + kNarrowOpening);
   }
   const control::Frame target = control_scene.Target(schema().target);
@@ -351,7 +319,7 @@ double VelocityExecutive::Impl::FreeOpening() {
   const double now = std::min(0.0, least_room(opening));
   const double widest = model->gripper().max_opening;
   double wide = opening;
-  // All the way: fingers on hinges may come nearest in between.
+  // Along the whole opening: fingers on hinges may come nearest in between.
   while (wide < widest && least_room(std::min(wide + kOpeningStep, widest)) >= now - kNoRoom)
     wide += kOpeningStep;
   return std::min(held >= 0 ? std::max(wide, opening + kLeastOpening) : wide, widest);
@@ -375,7 +343,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     along = -1;
     GoAlong(false);
   }
-  // Fingers that close on something move it: that is not gone along with.
+  // Fingers that close on something move it: the hand does not follow that motion.
   if (open) GoAlong(false);
   if (std::abs(opening - last_opening) > kSettledOpening) {
     last_opening = opening;
@@ -401,7 +369,7 @@ Outcome VelocityExecutive::Impl::Run(const planning::GripperVerb& grip) {
     return Outcome::kAborted;
   }
   Hold(object);
-  Record(EventKind::kGrasped, "'" + held_name + "', " + Millimetres(opening) + " wide");
+  Record(EventKind::kGrasped, "'" + held_name + "', " + Length(opening) + " wide");
   return Outcome::kDone;
 }
 
@@ -439,6 +407,19 @@ std::string VelocityExecutive::Impl::WhatHoldsUp() const {
   return text.empty() ? "beyond what the arm can do there" : text;
 }
 
+// What is to be reached has gone where the arm does not get to, whatever it tries: fallen, rolled off,
+// carried away.
+std::string VelocityExecutive::Impl::BeyondReach() const {
+  if (!goal) return "";
+  const Pose X_WT = X_WTarget(goal->target);
+  const double distance = (X_WT.p - control_scene.X_WBase() * model->reach().centre).norm();
+  // A frame may stand further from where it is reached than the arm reaches, but not by more than that again.
+  const double most = 2 * model->reach().max;
+  if (distance <= most) return "";
+  return "'" + schema().target + "' is " + Length(distance) + " from the shoulder of '" + robot_name +
+         "', which reaches " + Length(model->reach().max);
+}
+
 bool VelocityExecutive::Impl::TryDetour(std::string& why) {
   if (detours > 1) why = "detours did not help";
   if (detours > 1 || !goal) return false;
@@ -446,7 +427,7 @@ bool VelocityExecutive::Impl::TryDetour(std::string& why) {
   path = FindDetour(why);
   waypoint = 0;
   if (path.empty()) return false;
-  controller.SetExtraFields({});  // the way that the verb asks for begins anew at the end of the detour
+  controller.SetExtraFields({});  // the verb's own constraints begin anew at the end of the detour
   Record(EventKind::kDetour, "a path of " + std::to_string(path.size()) + " configurations leads round it");
   return true;
 }
@@ -474,7 +455,14 @@ Outcome VelocityExecutive::Impl::WatchProgress(double error) {
   }
   const bool late = time - verb_start > options.verb_timeout;
   if (time - progress_time < options.stall_time && !late) return Outcome::kRunning;
-  std::string reason = "no progress, " + Millimetres(controller.error_m()) + " away: " + WhatHoldsUp();
+  const std::string beyond = BeyondReach();
+  if (!beyond.empty()) {
+    Record(EventKind::kStalled, beyond);
+    path.clear();
+    GiveUpAction(beyond);
+    return Outcome::kAborted;
+  }
+  std::string reason = "no progress, " + Length(controller.error_m()) + " away: " + WhatHoldsUp();
   progress_time = time;
   if (!path.empty()) {
     path.clear();

@@ -19,7 +19,7 @@ constexpr double kSlowRate = 3;  // 1/s: slower for tight tolerances, so that th
 constexpr double kShiftTolerance = 0.015;  // m
 // Contact that is felt this far before the pose is with something else, m.
 constexpr double kEarlyContact = 0.03;
-// A stalled reach that is this near is left at that: what follows shows whether it was near enough.
+// A stalled reach that is this near counts as done: the next verbs show whether it was near enough.
 constexpr double kNearlyThere = 0.015;      // m
 constexpr double kNearlyThereAngle = 0.15;  // rad
 // The gripper has settled when its opening has changed by less than this for so long.
@@ -113,12 +113,12 @@ void Executive::Impl::EnterReach(const planning::ReachVerb& verb) {
 
   now_.X_TH_start = reference_.X_TR();
   if (step().push) EnterPush();
-  const Eigen::Vector3d way = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
-  const bool moves = way.norm() > 0.002;
-  now_.approach_T = moves ? Eigen::Vector3d(way.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
+  const Eigen::Vector3d path = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
+  const bool moves = path.norm() > 0.002;
+  now_.approach_T = moves ? Eigen::Vector3d(path.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
   contact_.Start();
 
-  // The last of several reaches of a step approaches along the way from the pose before.
+  // The last of several reaches of a step is an approach along the line from the pose before.
   const auto* before =
       verb_ > 0 ? std::get_if<planning::ReachVerb>(&verbs()[static_cast<size_t>(verb_ - 1)]) : nullptr;
   if (before == nullptr || step().push) return;
@@ -184,8 +184,8 @@ Outcome Executive::Impl::Run(const planning::ReachVerb& verb) {
     return Outcome::kDone;
   }
   if (now_.transit && (reference_.X_TR().p - now_.X_TG.p).norm() > kShiftTolerance) {
-    // The way above what stands there is out of reach: the straight way is left.
-    Record(EventKind::kClearance, "the way above is out of reach");
+    // Passing above the obstructions is out of reach: the straight motion is tried.
+    Record(EventKind::kClearance, "passing above the obstructions is out of reach: the hand goes straight");
     now_.transit = false;
     now_.progress_time = time_;
     return Outcome::kRunning;
@@ -270,7 +270,7 @@ Outcome Executive::Impl::Run(const planning::GripperVerb& verb) {
       gripper_.force = std::min(verb.force, model_->gripper().max_force);
     }
   }
-  // Fingers that close on something move it: that is not gone along with.
+  // Fingers that close on something move it: the hand does not follow that motion.
   if (open) GoAlong();
   now_.quiet_time += options_.period;
   if (std::abs(opening_ - now_.last_opening) > kSettledOpening) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/geometry/distance/core.h"
 #include "tether/geometry/hull/polytope.h"
-#include "tether/geometry/polygon/support.h"
 
 namespace tether::geometry {
 
@@ -32,7 +32,11 @@ Aabb BoundingBox(const Primitive& primitive, const math::Pose& X_WP) {
     return box;
   }
   Eigen::Vector3d reach;
-  for (int axis = 0; axis < 3; ++axis) reach[axis] = Support(primitive, X_WP.R.row(axis).transpose());
+  const internal::Core core = internal::MakeCore(primitive);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d d = X_WP.R.row(axis).transpose();
+    reach[axis] = core.Support(d) + (core.rounding > 0 ? core.rounding * d.norm() : 0.0);
+  }
   return {X_WP.p - reach, X_WP.p + reach};
 }
 

@@ -14,6 +14,7 @@ struct Aabb {
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d upper = Eigen::Vector3d::Constant(-1e300);
 
+  /// Grows the box so that it contains the other.
   void Include(const Aabb& other) {
     lower = lower.cwiseMin(other.lower);
     upper = upper.cwiseMax(other.upper);

@@ -277,7 +277,7 @@ Feature ExtremeFeature(const Core& core, const math::Pose& X, const Vector3d& n)
   feature.points[0] = core.SupportPoint(d);
   for (int axis = 0; axis < 3; ++axis) {
     if (core.half[axis] <= 0 || std::abs(d[axis]) > kParallel || feature.size > 2) continue;
-    // The new points go back the other way, so that four points come in order around the rectangle.
+    // The new points come in reverse order, so that four points are in order around the rectangle.
     for (int i = feature.size - 1, end = 2 * feature.size; feature.size < end; --i) {
       feature.points[feature.size] = feature.points[i];
       feature.points[feature.size++][axis] *= -1;
@@ -287,7 +287,7 @@ Feature ExtremeFeature(const Core& core, const math::Pose& X, const Vector3d& n)
   return feature;
 }
 
-double IkSolutionAlong(const Query& query, const Vector3d& n, Gap* gap) {
+double WitnessPointsAlong(const Query& query, const Vector3d& n, Gap* gap) {
   const Feature a = ExtremeFeature(query.a, math::Pose(), n);
   const Feature b = ExtremeFeature(query.b, query.X_AB, -n);
   gap->distance = query.Separation(n);

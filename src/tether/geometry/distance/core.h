@@ -19,7 +19,7 @@ inline constexpr double kTie = 1e-10;
 /// A primitive without its rounding: a box with half sides `half` (some may be 0: a point, a segment along z)
 /// plus a disc of radius `disc` across z. The primitive is the core with a ball of radius `rounding` added,
 /// so that its signed distances are those of the core less `rounding`, inside and outside. A hull is its own
-/// core; its `half` is zero and its `disc` is −1, so that the other kinds don't pay for it.
+/// core; its `half` is zero and its `disc` is −1, so that the other kinds are not slowed down.
 struct Core {
   enum class Kind { kPoint, kSegment, kBox, kCylinder, kHull };
   Kind kind = Kind::kPoint;
@@ -58,7 +58,7 @@ struct Gap {
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
 };
 
-/// What a kernel is asked: two cores, the pose of B in A, and the world's up direction in A (for ties).
+/// A kernel's input: two cores, the pose of B in A, and the world's up direction in A (for ties).
 struct Query {
   Core a;
   Core b;
@@ -93,7 +93,7 @@ Feature ExtremeFeature(const Core& core, const math::Pose& X, const Eigen::Vecto
 /// The centre of the overlap of the two cores' extreme features along n (of A) and −n (of B), projected along
 /// n. The witness points and n go to `gap`. Returns how far the features are from overlapping (0 if they do),
 /// m.
-double IkSolutionAlong(const Query& query, const Eigen::Vector3d& n, Gap* gap);
+double WitnessPointsAlong(const Query& query, const Eigen::Vector3d& n, Gap* gap);
 
 /// The best of a series of candidate normals, with the order of ties that Distance documents.
 class BestNormal {
@@ -151,6 +151,8 @@ struct Foot {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   Eigen::Vector3d n = Eigen::Vector3d::UnitZ();
 };
+/// The foot of q, in the solid's frame; `up`, the world's up direction there, decides between equally near
+/// faces inside.
 Foot FootOnBox(const Eigen::Vector3d& half, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
 Foot FootOnHull(const Polytope& hull, const Eigen::Vector3d& q, const Eigen::Vector3d& up);
 Foot FootOnCylinder(double radius, double half_length, const Eigen::Vector3d& q, const Eigen::Vector3d& up);

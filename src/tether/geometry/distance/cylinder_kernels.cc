@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Below this the difference of two witness points says too little about the normal, m.
+/// Below this the difference of two witness points does not define the normal accurately, m.
 constexpr double kTouching = 1e-8;
 /// Witness points found iteratively lie this near to the features of their normal, m.
 constexpr double kMiss = 1e-9;
@@ -174,13 +174,13 @@ Gap SegmentCylinder(const Query& query) {
   best.Try(UpAcross(axis, query.up_A), 1);
   TryCircle(query, Vector3d::UnitZ(), &best);
   Gap gap;
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 
 namespace {
 
-/// The cylinder's witness on a box's edge, for solids that are apart; false where that does not tell.
+/// The cylinder's witness point on a box's edge, for solids that are apart; false where it is not certain.
 bool ApartAtEdge(const Query& query, Gap* gap) {
   const Eigen::Matrix3d& R = query.X_AB.R;
   const Vector3d& half = query.a.half;
@@ -220,7 +220,7 @@ Gap BoxCylinder(const Query& query) {
   for (int axis = 0; axis < 3; ++axis) best.TryBoth(Vector3d::Unit(axis), 0);
   TryCaps(R, &best);
   Gap gap;
-  const double miss = IkSolutionAlong(query, best.n(), &gap);
+  const double miss = WitnessPointsAlong(query, best.n(), &gap);
   if (gap.distance > 0 && miss <= kMiss) return gap;
   // Apart, with no witness inside a face: then the box's lies on one of its edges.
   if ((gap.distance > 0 || !SurelyOverlap(query)) && ApartAtEdge(query, &gap)) return gap;
@@ -232,13 +232,13 @@ Gap BoxCylinder(const Query& query) {
     TryCircle(query, Vector3d::Unit(axis), &best);
   }
   TryCircle(query, axis_B, &best);
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 
 namespace {
 
-/// A witness on a rim of either, for solids that are apart; false where that does not tell.
+/// A witness point on a rim of either, for solids that are apart; false where it is not certain.
 bool ApartAtRim(const Query& query, Gap* gap) {
   const Eigen::Matrix3d& R = query.X_AB.R;
   const Vector3d axis_B = R.col(2);
@@ -281,7 +281,7 @@ Gap CylinderCylinder(const Query& query) {
     if (across.norm() > 1e-12) best.Try(across.normalized(), 1);
   }
   Gap gap;
-  const double miss = IkSolutionAlong(query, best.n(), &gap);
+  const double miss = WitnessPointsAlong(query, best.n(), &gap);
   if (gap.distance > 0 && miss <= kMiss) return gap;
 
   // Apart, with no witness inside a cap and not side to side: then a witness lies on a rim.
@@ -289,7 +289,7 @@ Gap CylinderCylinder(const Query& query) {
   TryCircle(query, Vector3d::UnitZ(), &best);
   TryCircle(query, axis_B, &best);
   TryRims(query, &best);
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 

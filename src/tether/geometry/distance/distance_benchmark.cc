@@ -17,8 +17,8 @@ const Primitive kSolids[] = {Box{{0.2, 0.15, 0.1}}, Sphere{0.08}, Capsule{0.04, 
 enum Placement { kApart, kOverlapping, kStanding };
 const char* const kPlacements[] = {"apart", "overlapping", "standing"};
 
-/// A pose of B as a placement asks for it; none if the draw was not one. `kStanding` has B upright on top of
-/// A, touching, as most objects of a scene are.
+/// A random pose of B of this placement; none if the draw does not fit it. `kStanding` has B upright on top
+/// of A, touching, as most objects of a scene are.
 std::optional<math::Pose> DrawPose(const Primitive& a, const Primitive& b, Placement placement,
                                    Random& random) {
   if (placement == kStanding) {
@@ -58,7 +58,7 @@ BENCHMARK(BM_SignedDistance)->Apply([](benchmark::internal::Benchmark* benchmark
   }
 });
 
-/// The near pairs of parts of two compounds, such as a hand and a hook: what one clearance of a program asks.
+/// The near pairs of parts of two compounds, such as a hand and a hook: the query of a program's clearance.
 void BM_PartDistances(benchmark::State& state) {
   const auto compound = [](int parts) {
     std::vector<Part> list;

@@ -9,15 +9,14 @@
 
 #include "tether/common/random.h"
 #include "tether/geometry/distance/distance.h"
-#include "tether/geometry/distance/reference.h"
+#include "tether/geometry/distance/query.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/geometry/polygon/support.h"
 
 namespace tether::geometry {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr int kKinds = 5;
 
 double RandomSize(Random& random) {
   // Mostly the size of things on a table, sometimes thin or large.
@@ -83,13 +82,8 @@ Eigen::Matrix3d QuarterTurn(Random& random) {
       .toRotationMatrix();
 }
 
-struct Case {
-  Primitive a, b;
-  math::Pose X_WA, X_WB;
-};
-
-Case RandomCase(int kind_a, int kind_b, Random& random) {
-  Case c{RandomPrimitive(kind_a, random), RandomPrimitive(kind_b, random), {}, {}};
+PosedPair RandomPair(int kind_a, int kind_b, Random& random) {
+  PosedPair c{RandomPrimitive(kind_a, random), RandomPrimitive(kind_b, random), {}, {}};
   c.X_WA = {RandomRotation(random), RandomDirection(random) * random.Uniform(0, 1)};
   c.X_WB.R = RandomRotation(random);
   const bool special = random.Index(5) == 0;
@@ -101,8 +95,7 @@ Case RandomCase(int kind_a, int kind_b, Random& random) {
   // B lies in direction n from A so that the supports along n are `clearance` apart.
   Vector3d n = RandomDirection(random);
   if (special) n = c.X_WA.R * Vector3d::Unit(random.Index(3)) * (random.Index(2) == 0 ? 1.0 : -1.0);
-  const double reach =
-      SlowSupport(c.a, c.X_WA.R.transpose() * n) + SlowSupport(c.b, -(c.X_WB.R.transpose() * n));
+  const double reach = Support(c.a, c.X_WA.R.transpose() * n) + Support(c.b, -(c.X_WB.R.transpose() * n));
   double along = reach + random.Uniform(-0.9, 0.5) * std::min(reach, 0.5);
   if (special) {
     const int how = random.Index(4);
@@ -117,44 +110,78 @@ Case RandomCase(int kind_a, int kind_b, Random& random) {
   return c;
 }
 
+/// How far the solids are apart along the unit vector n, from A to B, m; negative where they overlap.
+double Separation(const PosedPair& pair, const Vector3d& n) {
+  return n.dot(pair.X_WB.p - pair.X_WA.p) - Support(pair.a, pair.X_WA.R.transpose() * n) -
+         Support(pair.b, -(pair.X_WB.R.transpose() * n));
+}
+
+/// The greatest separation along the axes of both frames, and across pairs of them.
+double BestSeparation(const PosedPair& pair) {
+  double best = -1e300;
+  const auto look_along = [&](const Vector3d& n) {
+    if (n.norm() < 0.5) return;
+    best = std::max({best, Separation(pair, n), Separation(pair, -n)});
+  };
+  for (int i = 0; i < 3; ++i) {
+    look_along(pair.X_WA.R.col(i));
+    look_along(pair.X_WB.R.col(i));
+    for (int j = 0; j < 3; ++j) look_along(pair.X_WA.R.col(i).cross(pair.X_WB.R.col(j)).normalized());
+  }
+  return best;
+}
+
+double ErrorOf(const PosedPair& pair, const Distance& d) {
+  const double of_normal = std::abs(d.distance - Separation(pair, d.n_W));
+  const double of_others = BestSeparation(pair) - d.distance;
+  const double shown = std::max(of_normal, of_others);
+  if (d.distance <= 0) return shown;
+  const double off_the_surfaces = std::abs(DistanceToPoint(pair.a, pair.X_WA, d.p_WA).distance) +
+                                  std::abs(DistanceToPoint(pair.b, pair.X_WB, d.p_WB).distance);
+  return std::max(shown, (d.p_WB - d.p_WA).norm() + off_the_surfaces - d.distance);
+}
+
 }  // namespace
+
+std::vector<PosedPair> RandomPairs(int kind_a, int kind_b, int count, uint64_t seed) {
+  Random random(seed + 16 * kind_a + kind_b);
+  std::vector<PosedPair> pairs;
+  pairs.reserve(static_cast<size_t>(count));
+  for (int i = 0; i < count; ++i) pairs.push_back(RandomPair(kind_a, kind_b, random));
+  return pairs;
+}
+
+// Of the kinds that meet a cylinder only the sphere does so in closed form.
+bool IsIterative(int kind_a, int kind_b) { return (kind_a == 3 || kind_b == 3) && kind_a != 1; }
+
+double DistanceError(const PosedPair& pair) {
+  return ErrorOf(pair, SignedDistance(pair.a, pair.X_WA, pair.b, pair.X_WB));
+}
 
 std::vector<PairReport> BenchmarkDistances(int pairs_per_kind, uint64_t seed) {
   std::vector<PairReport> reports;
-  for (int kind_a = 0; kind_a < kKinds; ++kind_a) {
-    for (int kind_b = kind_a; kind_b < kKinds; ++kind_b) {
-      Random random(seed + 16 * kind_a + kind_b);
-      std::vector<Case> cases;
-      cases.reserve(pairs_per_kind);
-      for (int i = 0; i < pairs_per_kind; ++i) cases.push_back(RandomCase(kind_a, kind_b, random));
+  for (int kind_a = 0; kind_a < kPrimitiveKinds; ++kind_a) {
+    for (int kind_b = kind_a; kind_b < kPrimitiveKinds; ++kind_b) {
+      const std::vector<PosedPair> pairs = RandomPairs(kind_a, kind_b, pairs_per_kind, seed);
       PairReport report;
       report.pairs = pairs_per_kind;
-      if (!cases.empty()) {
-        report.kind_a = KindName(cases[0].a);
-        report.kind_b = KindName(cases[0].b);
+      if (!pairs.empty()) {
+        report.kind_a = KindName(pairs[0].a);
+        report.kind_b = KindName(pairs[0].b);
       }
-      // Only a sphere meets a cylinder in closed form.
-      report.iterative = (kind_a == 3 || kind_b == 3) && kind_a != 1;
+      report.iterative = IsIterative(kind_a, kind_b);
 
-      std::vector<Distance> fast(cases.size());
+      std::vector<Distance> distances(pairs.size());
       const auto start = std::chrono::steady_clock::now();
-      for (size_t i = 0; i < cases.size(); ++i) {
-        fast[i] = SignedDistance(cases[i].a, cases[i].X_WA, cases[i].b, cases[i].X_WB);
+      for (size_t i = 0; i < pairs.size(); ++i) {
+        distances[i] = SignedDistance(pairs[i].a, pairs[i].X_WA, pairs[i].b, pairs[i].X_WB);
       }
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-      report.time_per_query = cases.empty() ? 0 : spent.count() / static_cast<double>(cases.size());
+      report.time_per_query = pairs.empty() ? 0 : spent.count() / static_cast<double>(pairs.size());
 
-      for (size_t i = 0; i < cases.size(); ++i) {
-        const Case& c = cases[i];
-        const Distance& d = fast[i];
-        const SlowResult slow = SlowDistance(c.a, c.X_WA, c.b, c.X_WB);
-        if (slow.distance < 0) ++report.overlapping;
-        report.max_error = std::max(report.max_error, std::abs(d.distance - slow.distance));
-        report.max_uncertainty = std::max(report.max_uncertainty, slow.uncertainty);
-        report.max_witness_error =
-            std::max({report.max_witness_error, (d.p_WB - d.p_WA - d.distance * d.n_W).norm(),
-                      SlowSurfaceMiss(c.a, c.X_WA.Inverse() * d.p_WA),
-                      SlowSurfaceMiss(c.b, c.X_WB.Inverse() * d.p_WB)});
+      for (size_t i = 0; i < pairs.size(); ++i) {
+        if (distances[i].distance < 0) ++report.overlapping;
+        report.max_error = std::max(report.max_error, ErrorOf(pairs[i], distances[i]));
       }
       reports.push_back(report);
     }

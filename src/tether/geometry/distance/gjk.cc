@@ -61,7 +61,7 @@ bool Weigh(const Simplex& simplex, const std::array<int, 4>& subset, int count,
   return r > 0 && s > 0 && t > 0 && r + s + t < 1;
 }
 
-/// Reduces the simplex to the corners that its point nearest to the origin hangs on; returns that point.
+/// Reduces the simplex to the smallest face with its point nearest to the origin; returns that point.
 Vector3d Reduce(Simplex* simplex) {
   double least = 1e300;
   Simplex best;

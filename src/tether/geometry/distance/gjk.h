@@ -12,11 +12,12 @@ struct Apart {
 };
 
 /// Gilbert, Johnson and Keerthi's algorithm: walks to the point of the Minkowski difference that is nearest
-/// to the origin. "Apart" means proved so: by a normal along which there is room. Accurate to about 1e-12 m
-/// between polytopes. Cores that touch to within 1e-9 m may be called either.
+/// to the origin. "Apart" is proved, by a separating normal. Accurate to about 1e-12 m between polytopes. For
+/// cores that touch to within 1e-9 m either answer is possible.
 Apart FindApart(const Query& query);
 
-/// Whether the cores overlap, for certain; a few steps of the same. False also where it takes more to tell.
+/// Whether the cores certainly overlap, by a few steps of the same algorithm; false also where more steps
+/// would be needed.
 bool SurelyOverlap(const Query& query);
 
 }  // namespace tether::geometry::internal

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Below this the difference of two witness points says too little about the normal, m.
+/// Below this the difference of two witness points does not define the normal accurately, m.
 constexpr double kTouching = 1e-9;
 constexpr int kMostFaces = 2 * kMaxHullVertices;
 
@@ -130,18 +130,18 @@ Gap Overlap(const Query& query, const Outline& a, const Outline& b) {
     for (int i = 0; i < arcs_a.size; ++i) TryCrossing(arcs_a.list[i], arcs_b.list[j], &best);
   }
   Gap gap;
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 
-/// Looks for a face whose normal the direction between the nearest points must be, but for rounding.
+/// Finds the face whose normal equals the direction between the nearest points, up to rounding.
 bool SnapToFace(const Query& query, const Outline& outline, double sign, const Vector3d& n, double distance,
                 Gap* gap) {
   for (int f = 0; f < outline.faces(); ++f) {
     const Vector3d normal = sign * outline.normal(f);
     if (normal.dot(n) < 1 - 1e-6) continue;
     if (query.Separation(normal) < distance - kTie) continue;
-    IkSolutionAlong(query, normal, gap);
+    WitnessPointsAlong(query, normal, gap);
     return true;
   }
   return false;
@@ -159,7 +159,7 @@ Gap PolytopePolytope(const Query& query) {
   Gap gap;
   if (SnapToFace(query, a, 1, n, distance, &gap) || SnapToFace(query, b, -1, n, distance, &gap)) return gap;
   // Parallel edges: the middle of where they lie side by side.
-  const double miss = IkSolutionAlong(query, n, &gap);
+  const double miss = WitnessPointsAlong(query, n, &gap);
   if (miss <= 1e-9 && gap.distance >= distance - kTie) return gap;
   return {distance, apart.p_A, apart.p_B, n};
 }
@@ -188,8 +188,8 @@ Vector3d NearestOnFace(const Polytope& hull, const Polytope::Face& face, const V
   return inside ? p : nearest;
 }
 
-/// A hull's witness on one of its edges, for a cylinder and a hull that are apart; false where that does not
-/// tell.
+/// A hull's witness point on one of its edges, for a cylinder and a hull that are apart; false where it is
+/// not certain.
 bool ApartAtEdge(const Query& query, Gap* gap) {
   const math::Pose& X = query.X_AB;
   const double radius = query.a.disc;
@@ -272,7 +272,7 @@ Gap CylinderHull(const Query& query) {
   best.Try(Vector3d::UnitZ(), 0);
   best.Try(-Vector3d::UnitZ(), 0);
   Gap gap;
-  const double miss = IkSolutionAlong(query, best.n(), &gap);
+  const double miss = WitnessPointsAlong(query, best.n(), &gap);
   if (gap.distance > 0 && miss <= kTouching) return gap;
 
   // Apart, with no witness inside a face: then the hull's lies on one of its edges.
@@ -292,7 +292,7 @@ Gap CylinderHull(const Query& query) {
     }
     TryArc(query, from, to, &best);
   }
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 

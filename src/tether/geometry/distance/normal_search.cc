@@ -27,8 +27,8 @@ const CircleTable kCircle;
 
 /// A better normal than the best so far is sought only where one might gain more than this, m.
 constexpr double kGain = 4e-6;
-/// A search that has not ended after so many splits, some hundred times what solids of a robot's world take,
-/// is about ones so large that a double can't tell kGain: the best so far stands.
+/// The most splits of a search, some hundred times what solids of a robot's world need: beyond, the solids
+/// are so large that a double can't resolve kGain, and the best so far is the result.
 constexpr int kMostSplits = 1 << 17;
 
 /// The separation is the least of g · n over the differences g of points of B and A. So at every n it is at

@@ -36,8 +36,8 @@ void TryCircle(const Query& query, const Eigen::Vector3d& axis, BestNormal* best
 /// Tries the unit normals on the shorter arc from one to another, as those of an edge between two faces.
 void TryArc(const Query& query, const Eigen::Vector3d& from, const Eigen::Vector3d& to, BestNormal* best);
 
-/// Tries all normals of two cylinders for rim against rim, whose Minkowski difference is curved both ways.
-/// Those across one of the axes, where the rims change, are for the caller to try.
+/// Tries all normals of two cylinders for rim against rim, whose Minkowski difference is curved in both
+/// directions. The caller tries those across one of the axes, where the rims change.
 void TryRims(const Query& query, BestNormal* best);
 
 /// An upper bound of the separation on the arc between two unit normals `turn` rad apart, less than π, from

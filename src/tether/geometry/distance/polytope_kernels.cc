@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Below this the difference of two witness points says too little about the normal, m.
+/// Below this the difference of two witness points does not define the normal accurately, m.
 constexpr double kTouching = 1e-9;
 
 Gap FromPoints(const Vector3d& p_A, const Vector3d& p_B, double distance) {
@@ -182,7 +182,7 @@ Gap SegmentBox(const Query& query) {
   TryFaces(query.b, R, &best);
   TryEdges(query.a, query.b, R, &best);
   Gap gap;
-  IkSolutionAlong(query, best.n(), &gap);
+  WitnessPointsAlong(query, best.n(), &gap);
   return gap;
 }
 
@@ -196,7 +196,7 @@ Gap BoxBox(const Query& query) {
   TryFaces(query.b, R, &best);
   TryEdges(query.a, query.b, R, &best);
   Gap gap;
-  const double miss = IkSolutionAlong(query, best.n(), &gap);
+  const double miss = WitnessPointsAlong(query, best.n(), &gap);
   if (gap.distance <= kTouching || miss <= 1e-9) return gap;
 
   // Apart, with neither witness inside a face: then A's lies on an edge of A.

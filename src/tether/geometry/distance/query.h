@@ -19,6 +19,7 @@ struct PointDistance {
   int part = 0;                                    ///< Index of the part; 0 for a primitive.
 };
 
+/// The distance from a solid at X_WS to the point Q of the world.
 PointDistance DistanceToPoint(const Primitive& solid, const math::Pose& X_WS, const Eigen::Vector3d& p_WQ);
 PointDistance DistanceToPoint(const Shape& solid, const math::Pose& X_WS, const Eigen::Vector3d& p_WQ);
 
@@ -39,8 +40,8 @@ struct RayHit {
   bool from_inside = false;  ///< The ray starts inside; the hit is where it leaves.
 };
 
-/// What to do with a ray that starts inside the solid. One that starts on the surface, to rounding, may count
-/// either way: as inside, or as entering at t = 0.
+/// How a ray that starts inside the solid is treated. One that starts on the surface, to rounding, may count
+/// as inside or as entering at t = 0.
 enum class RayStart {
   kExit,    ///< Report where it leaves.
   kIgnore,  ///< Report nothing: for sensors, whose own housing must not hide the world.
@@ -51,7 +52,7 @@ enum class RayStart {
 /// flat face from within its plane counts as a hit where it first reaches the solid.
 ///
 /// For a compound that the ray enters from outside this is the first entry into any part. A ray that starts
-/// inside leaves where it leaves the union: parts that overlap or touch are passed through in one go.
+/// inside leaves where it leaves the union: parts that overlap or touch are passed through together.
 std::optional<RayHit> CastRay(const Primitive& solid, const math::Pose& X_WS, const Eigen::Vector3d& origin_W,
                               const Eigen::Vector3d& direction_W, RayStart start = RayStart::kExit,
                               double t_max = 1e300);

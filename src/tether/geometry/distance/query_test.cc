@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "testing/geometry/slow_distance.h"
 #include "tether/common/random.h"
 #include "tether/geometry/distance/distance.h"
-#include "tether/geometry/distance/reference.h"
 #include "tether/math/numeric_derivative.h"
 
 namespace tether::geometry {

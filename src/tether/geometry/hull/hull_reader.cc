@@ -62,7 +62,7 @@ geometry::Hull ReadMeshHull(const Value& value, const MeshOptions& options, cons
   try {
     mesh = geometry::ReadMesh((std::filesystem::path(folder) / file).string());
   } catch (const InputError& error) {
-    // A file that isn't there is a mistake of the line that names it; one that is wrong inside tells where.
+    // A missing file is reported at the line that names it; a mistake in a file at its own place.
     for (const Diagnostic& diagnostic : error.diagnostics()) {
       const bool inside = diagnostic.where.line > 0;
       diagnostics.Add(inside ? diagnostic.where : value.where(),

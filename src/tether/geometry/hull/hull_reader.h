@@ -11,10 +11,10 @@ namespace tether::geometry {
 /// hull.
 geometry::Hull ReadHull(const Value& value, const std::string& what, Diagnostics& diagnostics);
 
-/// How `mesh: FILE` is to be read.
+/// Options of `mesh: FILE`.
 struct MeshOptions {
   double scale = 1;   ///< m per unit of the file.
-  bool fill = false;  ///< Whether a mesh with hollows may be taken for its hull.
+  bool fill = false;  ///< Whether the hull of a mesh with hollows is accepted in its place.
 };
 
 /// Reads `mesh: FILE`, the convex hull of an OBJ or STL file. Relative paths start from `folder`.

@@ -78,7 +78,8 @@ std::vector<std::vector<int>> JoinTriangles(const std::vector<Vector3d>& points,
     }
     faces.push_back(corners);
   }
-  // Closed: every edge runs once each way, and the faces, edges and corners are those of a sphere.
+  // Closed: every edge occurs once in each direction, and the numbers of faces, edges and corners are those
+  // of a sphere.
   std::map<std::pair<int, int>, int> seen;
   std::vector<int> used;
   for (const std::vector<int>& face : faces) {
@@ -204,7 +205,7 @@ HullResult MakeHull(const std::vector<Vector3d>& points, int max_vertices) {
     }
   }
   const std::shared_ptr<const Polytope> polytope = Finish(points, faces);
-  // The thickness is the least width across a face: as good as flat has no inside to speak of.
+  // The thickness is the least width across a face: a hull as thin as this has no usable inside.
   for (const Polytope::Face& face : polytope->faces) {
     double width = 0;
     for (const Vector3d& p : polytope->vertices) width = std::max(width, face.offset - face.normal.dot(p));

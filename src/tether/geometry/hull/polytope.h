@@ -17,7 +17,7 @@ struct Polytope {
     std::vector<int> corners;  ///< Indices of vertices, counter-clockwise seen from outside.
   };
   /// An edge from vertex to vertex, the left and the right face seen from outside; `along` is its unit
-  /// direction, left normal × right normal points the same way.
+  /// direction, which is that of left normal × right normal.
   struct Edge {
     int from = 0, to = 0, left = 0, right = 0;
     Eigen::Vector3d along = Eigen::Vector3d::UnitX();
@@ -33,16 +33,16 @@ struct Polytope {
   double radius = 0;                                            ///< max |vertex|, m.
 };
 
-/// Hulls have at most this many corners: what a distance query can afford.
+/// The most corners of a hull, for fast distance queries.
 inline constexpr int kMaxHullVertices = 128;
 /// Points this near to the hull of the others, relative to their extent, are no corners; faces that are flat
 /// to within it are one face. Coarse enough for files with single precision.
 inline constexpr double kHullTolerance = 2e-7;
 
-/// What became of a set of points.
+/// The result of MakeHull().
 struct HullResult {
   std::optional<Hull> hull;  ///< None if the points have no hull with a volume.
-  /// Why there is none, in words that follow "the points": "lie in one plane".
+  /// Why there is none, as a phrase that can follow "the points": "lie in one plane".
   std::string problem;
   /// How far the farthest point is outside of the hull, m. More than rounding only where the points would
   /// have more than `max_vertices` corners; these are chosen so that what is left out is least.

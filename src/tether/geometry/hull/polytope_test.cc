@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "testing/geometry/slow_distance.h"
 #include "tether/common/random.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
-#include "tether/geometry/distance/reference.h"
 #include "tether/geometry/polygon/support.h"
 #include "tether/math/numeric_derivative.h"
 

@@ -21,6 +21,7 @@ struct HalfPlane {
 /// straight edge are dropped.
 Polygon ConvexHull(std::vector<Eigen::Vector2d> points, double tolerance = 1e-9);
 
+/// m² for vertices in m; 0 for fewer than three vertices.
 double Area(const Polygon& polygon);
 /// The centroid of the area; of a segment or point, its middle. (0, 0) if empty.
 Eigen::Vector2d Centroid(const Polygon& polygon);
@@ -36,7 +37,7 @@ double ContainmentMargin(const Polygon& polygon, const Eigen::Vector2d& point);
 /// The points that are inside by at least `margin` ≥ 0; may be empty.
 Polygon Shrink(const Polygon& polygon, double margin);
 
-/// The polygon cut to a half plane.
+/// The intersection of the polygon and a half plane.
 Polygon Cut(const Polygon& polygon, const HalfPlane& half_plane);
 /// The same into a polygon whose storage is used again; not the one that is cut.
 void CutInto(const Polygon& polygon, const HalfPlane& half_plane, Polygon* cut);
@@ -44,7 +45,7 @@ void CutInto(const Polygon& polygon, const HalfPlane& half_plane, Polygon* cut);
 /// The polygon turned by `yaw` about the origin, then moved.
 Polygon Transform(const Polygon& polygon, double yaw, const Eigen::Vector2d& translation);
 
-/// A motion that takes polygon `inner` into `outer`: turned by yaw, then moved.
+/// A motion that puts polygon `inner` into `outer`: turned by yaw, then moved.
 struct Fit {
   double yaw;
   Eigen::Vector2d translation;
@@ -54,9 +55,9 @@ struct Fit {
 /// the middle of those that do.
 std::optional<Fit> FitsInside(const Polygon& inner, const Polygon& outer, double yaw);
 
-/// Over all yaws: those that make an edge of one parallel to an edge of the other, then every half degree. It
-/// never claims a fit that is not there; one that exists only within half a degree between these yaws may be
-/// missed. The first fit in that order, aligned yaws by increasing |yaw|.
+/// Over all yaws: those that make an edge of one parallel to an edge of the other, then every half degree. A
+/// fit that is found is one; a fit that exists only within half a degree between these yaws may be missed.
+/// The first fit in that order, aligned yaws by increasing |yaw|.
 std::optional<Fit> FitsInside(const Polygon& inner, const Polygon& outer);
 
 }  // namespace tether::geometry

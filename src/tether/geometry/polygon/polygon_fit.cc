@@ -35,7 +35,7 @@ double LeastWidth(const Polygon& polygon) {
 
 /// Tries turns of one polygon inside another. A turn is refused early where the outer polygon is too narrow:
 /// weights w ≥ 0 of its edges with Σ w n = 0 add their rows n · t ≤ offset − h(n) up to 0 ≤ Σ w offset − Σ w
-/// h(n), in which the translation t no longer stands (Farkas).
+/// h(n), which no longer contains the translation t (Farkas).
 class FitSearch {
  public:
   FitSearch(const Polygon& inner, const Polygon& outer)
@@ -56,7 +56,7 @@ class FitSearch {
                        [&](const Width& w) { return w.weights[0] * width - w.room > w.tolerance; });
   }
 
-  /// How far this turn is surely from fitting: below the result no turn nearer than result / radius() fits.
+  /// A lower bound on how far this turn is from fitting, m: no turn nearer than result / radius() fits.
   double Excess(double yaw) {
     const double c = std::cos(yaw);
     const double s = std::sin(yaw);
@@ -80,7 +80,7 @@ class FitSearch {
     turned_.clear();
     const double c = std::cos(yaw);
     const double s = std::sin(yaw);
-    // The translations that keep every vertex inside every edge, out of a square that holds them all.
+    // The translations that keep every vertex inside every edge, cut out of a square that contains them all.
     double reach = 0;
     for (const Vector2d& p : inner_) turned_.emplace_back(c * p.x() - s * p.y(), s * p.x() + c * p.y());
     for (const Vector2d& p : turned_) reach = std::max(reach, p.norm());

@@ -23,7 +23,7 @@ constexpr double kSupporting = 1e-7;
 constexpr double kStraight = 1e-7;
 constexpr int kDiscVertices = 32;
 
-/// What a flat face can hang on: a corner with a ball around it, or a rim; in the shape's frame.
+/// An element that a flat face can touch: a corner with a ball around it, or a rim; in the shape's frame.
 struct Element {
   Vector3d centre;
   double ball = 0;
@@ -81,9 +81,9 @@ bool IsSupporting(const std::vector<Element>& elements, const Vector3d& n, doubl
   });
 }
 
-/// The normals of the flat faces of the elements' convex hull, as far as they hang on corners of several
-/// parts. A plane that touches a disc in two points holds all of it, so each hangs on three elements. Corners
-/// alone are those of a polytope; only what is round is tried in threes.
+/// The normals of the flat faces of the elements' convex hull that touch corners of several parts. A plane
+/// that touches a disc in two points contains it, so each face touches three elements. Corners alone form a
+/// polytope; only triples with a round element are tried.
 std::vector<Vector3d> BridgingNormals(std::vector<Element> elements) {
   std::vector<Vector3d> normals;
   const auto round_end = std::stable_partition(elements.begin(), elements.end(),

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "testing/geometry/slow_distance.h"
 #include "tether/common/random.h"
-#include "tether/geometry/distance/reference.h"
 #include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {
@@ -200,7 +200,8 @@ bool Contains(const std::vector<FlatFacet>& faces, const Vector3d& normal) {
 TEST(RestingFacesTest, OfCompoundsNoneIsMissed) {
   Random random(7);
   for (int i = 0; i < 10; ++i) {
-    // Boxes and hulls hang on their corners; balls of one size on their centres.
+    // The faces of boxes and hulls touch their corners; those of balls of one size are given by their
+    // centres.
     Shape corners, balls;
     std::vector<Vector3d> corner_points, ball_points;
     for (int k = 0; k < 3; ++k) {

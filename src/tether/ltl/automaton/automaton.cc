@@ -13,10 +13,10 @@ Automaton::Automaton(std::vector<std::string> atoms, Diagram diagram)
   MeasureDistances();
 }
 
-// Backwards from the accepting states: a state costs one letter, a node nothing.
+// Distances, backwards from the accepting states: a state costs one letter, a node nothing.
 void Automaton::MeasureDistances() {
   const size_t states = diagram_.states(), nodes = diagram_.nodes.size();
-  // Vertices are states, then nodes; the list of those that lead to each, packed.
+  // Vertices are states, then nodes; the predecessors of each, packed.
   const auto vertex = [&](Target t) {
     return t < 0 ? static_cast<size_t>(~t) : states + static_cast<size_t>(t);
   };

@@ -27,14 +27,14 @@ struct AutomatonEdge {
 /// Of the two forms of a guard, one may be exponentially longer than the other, or both than the formula.
 enum class GuardForms {
   kShort,       ///< Those that are not too long: both, one or none.
-  kAtLeastOne,  ///< If both are too long, the guard all the same, as long as the limits of the thread allow.
+  kAtLeastOne,  ///< If both are too long, the guard nevertheless, within the limits of the thread.
 };
 
 /// The minimal complete deterministic automaton of a formula. State 0 is the initial one. Immutable: safe to
 /// share between threads.
 class Automaton {
  public:
-  /// Letters to acceptance when there is no way.
+  /// The distance where acceptance can't be reached.
   static constexpr int kNever = 0x3fffffff;
 
   /// `diagram` must be minimal, with initial state 0.
@@ -46,15 +46,16 @@ class Automaton {
   static constexpr int initial() { return 0; }
 
   bool IsAccepting(int state) const { return diagram_.accepting[static_cast<size_t>(state)]; }
-  /// Nothing is accepted from here on.
+  /// No continuation is accepted.
   bool IsTrap(int state) const { return distance(state) == kNever; }
-  /// Everything is accepted from here on.
+  /// Every continuation is accepted.
   bool IsSettled(int state) const {
     return IsAccepting(state) && diagram_.roots[static_cast<size_t>(state)] == ~state;
   }
   /// Fewest letters from `state` to an accepting state; kNever if there is none.
   int distance(int state) const { return distance_[static_cast<size_t>(state)]; }
 
+  /// The state after `state` reads a letter.
   int Step(int state, LetterView letter) const;
   bool Accepts(const Word& word) const;
   /// The atoms that the step from `state` depends on, in increasing order.
@@ -80,7 +81,7 @@ std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>&
 std::vector<std::string> AtomTexts(const std::vector<std::string>& atoms);
 
 /// Compiles a formula: Boolean operators above temporal ones by products of minimal automata, small ones
-/// first; temporal ones by progression. Empty if a diagram on the way would exceed the limits. Throws
+/// first; temporal ones by progression. Empty if an intermediate diagram would exceed the limits. Throws
 /// InputError if the formula can't be read with `semantics`.
 std::optional<Automaton> BuildAutomaton(const Formula& formula, Semantics semantics,
                                         const DiagramLimits& limits = {});

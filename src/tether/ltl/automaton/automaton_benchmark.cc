@@ -36,7 +36,7 @@ void BM_Assistive(benchmark::State& state) {
 }
 BENCHMARK(BM_Assistive)->Unit(benchmark::kMicrosecond);
 
-/// One step of a search's automaton along random words; states are made as they are met.
+/// One step of a search's automaton along random words; states are created when they are first reached.
 void BM_LazyStep(benchmark::State& state) {
   LazyAutomaton automaton(ParseFormula(testing::TwoStepTasks(static_cast<int>(state.range(0)))),
                           Semantics::kCosafe);

@@ -106,12 +106,12 @@ std::vector<std::vector<Core::Ref>> GroupByAtoms(const Core& core) {
   return groups;
 }
 
-/// Multiplies out, smallest first, until a product would be too large.
+/// Builds products, smallest first, until one would be too large.
 std::vector<Diagram> Combine(std::vector<Diagram> parts, size_t max_states, size_t max_nodes) {
   const auto smaller = [](const Diagram& x, const Diagram& y) { return x.states() < y.states(); };
   while (parts.size() > 1) {
     std::stable_sort(parts.begin(), parts.end(), smaller);
-    // What is minimised away is not known before: the product may be somewhat larger.
+    // Minimisation may shrink it: the product may be somewhat larger.
     const auto product = Intersect(parts[0], parts[1], {4 * max_states, 4 * max_nodes});
     if (!product) break;
     Diagram minimal = Minimize(*product);

@@ -8,17 +8,18 @@
 
 namespace tether::ltl {
 
-/// One automaton of the intersection that a LazyAutomaton is: compiled as a whole, or progressed as it is
-/// visited. State 0 is the initial one.
+/// One of the automata whose intersection a LazyAutomaton is: compiled as a whole, or built by progression as
+/// it is visited. State 0 is the initial one.
 class AutomatonPart {
  public:
   virtual ~AutomatonPart() = default;
 
+  /// The state after `state` reads a letter of the whole formula. May create states.
   virtual int Step(int state, LetterView letter) = 0;
   virtual bool IsAccepting(int state) const = 0;
-  /// Everything is accepted from here on.
+  /// Every continuation is accepted.
   virtual bool IsSettled(int state) const = 0;
-  /// At least so many letters to acceptance; Automaton::kNever where there is none.
+  /// A lower bound on the number of letters to acceptance; Automaton::kNever where it can't be reached.
   virtual int LowerBound(int state) const = 0;
   virtual const std::vector<int>& RelevantAtoms(int state) const = 0;
   /// Null if the part is progressed.

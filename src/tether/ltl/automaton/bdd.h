@@ -16,7 +16,7 @@ class Bdd {
   static constexpr Ref kFalse = 1;
   static constexpr int kTerminalLevel = 0x7fffffff;
 
-  /// Thrown when a diagram would exceed the limit on nodes; whoever sets the limit catches it.
+  /// Thrown when a diagram would exceed the limit on nodes; caught where the limit is set.
   struct TooLarge {};
 
   explicit Bdd(size_t max_nodes = SIZE_MAX);

@@ -16,7 +16,7 @@ class Compiler {
   /// `core` must outlive the compiler.
   Compiler(const Core& core, const DiagramLimits& limits);
 
-  /// Empty if the limits were exceeded on the way.
+  /// Empty if the limits were exceeded.
   std::optional<Diagram> Compile(Core::Ref f);
 
   /// The minimal automaton of the words that all of `parts` accept, which are minimal; the smallest are

@@ -99,7 +99,7 @@ class Product {
   Diagram result_;
 };
 
-/// Numbers states in the order in which a breadth-first walk meets them.
+/// Numbers states in breadth-first order.
 std::vector<int> BreadthFirstOrder(const Diagram& diagram) {
   std::vector<int> number(diagram.states(), -1);
   std::vector<int> queue{diagram.initial};

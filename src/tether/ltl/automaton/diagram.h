@@ -35,7 +35,7 @@ struct DiagramLimits {
 /// The automaton of the words that both accept; empty if it would exceed the limits.
 std::optional<Diagram> Intersect(const Diagram& a, const Diagram& b, const DiagramLimits& limits);
 
-/// The automaton of all other words.
+/// The automaton of the complement language.
 Diagram Complement(Diagram diagram);
 
 /// The minimal automaton of the same language, states numbered breadth first from the initial one, which is

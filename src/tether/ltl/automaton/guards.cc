@@ -67,7 +67,7 @@ class GuardFinder {
     }
   }
 
-  /// False, and none, if it takes more than `most`.
+  /// False, and none, if more than `most` are needed.
   bool Cover(Bdd::Ref condition, size_t most, std::vector<Cube>& cubes) {
     std::vector<std::pair<int, bool>> prefix;
     most_ = most;

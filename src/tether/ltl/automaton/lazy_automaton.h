@@ -19,12 +19,12 @@ struct LazyOptions {
   size_t max_part_nodes = 20'000;
 };
 
-/// The automaton of a formula for a search: states come into being when the search steps into them.
+/// The automaton of a formula for a search: states are created when the search steps into them.
 ///
 /// The formula is split at its conjunctions. Conjuncts that share atoms are compiled together into one
-/// minimal automaton as long as that stays small (so that what they rule out together is known at once);
-/// others stay apart, and a state is one state per part: n tasks `F(a & X F b)` are n automata with three
-/// states each, and of their 3ⁿ combinations only those are built that the search visits.
+/// minimal automaton as long as that stays small (so that their contradictions are known at once); others
+/// stay apart, and a state is one state per part: n tasks `F(a & X F b)` are n automata with three states
+/// each, and of their 3ⁿ combinations only those are built that the search visits.
 ///
 /// A plan's word has one letter per state of the world, the first included: a search steps once from
 /// initial() with the atoms of its first state, then once per action.
@@ -43,23 +43,23 @@ class LazyAutomaton {
   size_t letter_words() const { return LetterWords(atoms_.size()); }
 
   static constexpr int initial() { return 0; }
-  /// States met so far; their numbers are below this.
+  /// The number of states so far; their numbers are below this.
   int states() const { return static_cast<int>(info_.size()); }
 
-  /// The state after `letter`. Only RelevantAtoms(state) are looked at; other bits may be anything.
+  /// The state after `letter`. Only RelevantAtoms(state) are read; other bits may be anything.
   int Step(int state, LetterView letter);
   /// The same for formulas with at most 64 atoms.
   int Step(int state, uint64_t letter) { return Step(state, LetterView(&letter, 1)); }
 
   bool IsAccepting(int state) const { return info_[static_cast<size_t>(state)].accepting; }
-  /// Known to accept nothing from here on: a search can drop it. All such states are one.
+  /// Known to accept no continuation: a search can drop it. All such states are one.
   bool IsTrap(int state) const { return LowerBound(state) == kNever; }
-  /// Known to accept everything from here on.
+  /// Known to accept every continuation.
   bool IsSettled(int state) const { return info_[static_cast<size_t>(state)].settled; }
-  /// At least so many letters until acceptance, 0 exactly where accepting: the largest of the parts' bounds,
-  /// each exact for its part if that is compiled. Consistent: a step lowers it by 1 at most.
+  /// A lower bound on the letters until acceptance, 0 exactly where accepting: the largest of the parts'
+  /// bounds, each exact for its part if that is compiled. Consistent: a step lowers it by 1 at most.
   int LowerBound(int state) const { return info_[static_cast<size_t>(state)].bound; }
-  /// The atoms that a step from `state` may depend on, in increasing order. The span is good until the next
+  /// The atoms that a step from `state` may depend on, in increasing order. The span is valid until the next
   /// Step().
   std::span<const int> RelevantAtoms(int state) const {
     const Info& info = info_[static_cast<size_t>(state)];

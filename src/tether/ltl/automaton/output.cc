@@ -125,7 +125,7 @@ Value WriteStates(const Automaton& automaton) {
 }
 
 std::string WriteEdges(const Automaton& automaton) {
-  // A literal is written often: once in each form is enough.
+  // Literals occur often: each form is made once.
   const std::vector<std::string> texts = AtomTexts(automaton.atoms());
   std::vector<std::string> literals[2];
   for (const std::string& atom : texts) {

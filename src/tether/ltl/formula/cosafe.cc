@@ -60,20 +60,20 @@ class CosafeWalk : public PolarityWalk {
     const std::string quoted = "'" + std::string(Symbol(node.op)) + "'";
     switch (node.op) {
       case Operator::kAlways:
-        if (positive) Add(node, quoted + " asks for something at every position for ever");
+        if (positive) Add(node, quoted + " requires something at every position for ever");
         break;
       case Operator::kRelease:
-        if (positive) Add(node, quoted + " asks for its right side for ever unless its left side comes");
+        if (positive) Add(node, quoted + " requires its right side for ever unless its left side comes");
         break;
       case Operator::kWeakUntil:
-        if (positive) Add(node, quoted + " is content with its left side for ever");
+        if (positive) Add(node, quoted + " may be satisfied by its left side for ever");
         break;
       case Operator::kEventually:
       case Operator::kUntil:
       case Operator::kStrongRelease:
         if (!positive && negation != nullptr) {
           Add(node, quoted + " is negated by '" + std::string(Symbol(negation->op)) + "'" + At(*negation) +
-                        ", which asks that something never happens");
+                        ", which requires that something never happens");
         }
         break;
       default:
@@ -89,7 +89,7 @@ class CosafeWalk : public PolarityWalk {
   std::vector<CosafeViolation> found_;
 };
 
-/// Whether `op` can be fulfilled by an F-like operator somewhere directly below an X.
+/// Whether `op` is an eventuality: it may be fulfilled at a later position.
 bool IsEventuality(Operator op) {
   return op == Operator::kEventually || op == Operator::kUntil || op == Operator::kStrongRelease;
 }
@@ -156,7 +156,7 @@ std::vector<Diagnostic> SemanticsWarnings(const Formula& formula, Semantics sema
     warnings.push_back({FormulaLocation(where, node->column),
                         FormulaPrefix(where, node->column) +
                             "X is weak: at the last position of the word it holds whatever should follow",
-                        "X[!] asks for a next position"});
+                        "X[!] requires a next position"});
   }
   return warnings;
 }

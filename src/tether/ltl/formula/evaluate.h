@@ -5,7 +5,7 @@
 namespace tether::ltl {
 
 /// Whether `word` satisfies `formula`, straight from the definitions of De Giacomo and Vardi (IJCAI 2013):
-/// slow, obvious, what automata are tested against. Letters are in the order of formula.atoms().
+/// the oracle of the automata's tests. Letters are in the order of formula.atoms().
 ///
 /// With n positions, at position i ≤ n:  a: i < n and a ∈ letter i;  X[!] f: i + 1 < n and f at i + 1;
 /// X f: i + 1 ≥ n or f at i + 1;  f U g: g at some j with i ≤ j < n, and f at all positions from i to j − 1.

@@ -10,11 +10,11 @@ namespace tether::ltl {
 
 /// How a formula is read on finite words.
 ///
-/// kCosafe: paper B's (section 2.1): the word is the beginning of an endless one, and what is accepted once
-/// stays accepted. X needs a next position. Only co-safe formulas (Kupferman and Vardi, 2001) can be read so.
+/// kCosafe: paper B's (section 2.1): the word is a prefix of an endless one, and an accepted word stays
+/// accepted. X needs a next position. Only co-safe formulas (Kupferman and Vardi, 2001) can be read so.
 ///
-/// kLtlf: the word is all there is (De Giacomo and Vardi, IJCAI 2013). X is weak: it holds at the last
-/// position whatever follows; X[!] is strong.
+/// kLtlf: the word is complete (De Giacomo and Vardi, IJCAI 2013). X is weak: it holds at the last position
+/// whatever follows; X[!] is strong.
 enum class Semantics { kCosafe, kLtlf };
 
 /// "cosafe" or "ltlf".
@@ -61,7 +61,7 @@ class Formula {
   static Formula Constant(bool value, int column = 0);
   /// `name` may be any text; see AtomText() for how it prints.
   static Formula Atom(std::string_view name, int column = 0);
-  /// Applies `op` to as many operands as it takes.
+  /// Applies `op` to its operands, as many as it has.
   static Formula Make(Operator op, std::span<const Formula> operands, int column = 0);
   static Formula Make(Operator op, std::initializer_list<Formula> operands, int column = 0);
 
@@ -72,8 +72,8 @@ class Formula {
   /// Names, in the order of their first occurrence. A word's letters are bit sets in this order.
   const std::vector<std::string>& atoms() const { return atoms_; }
 
-  /// A formula from its parts; `nodes` in the order that nodes() promises, no conjunction directly below a
-  /// conjunction, no disjunction directly below a disjunction.
+  /// A formula from its parts; `nodes` in the order of nodes(), no conjunction directly below a conjunction,
+  /// no disjunction directly below a disjunction.
   static Formula FromNodes(std::vector<Node> nodes, std::vector<std::string> atoms);
 
   /// The formula below one node.

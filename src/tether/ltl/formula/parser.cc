@@ -47,7 +47,7 @@ class Parser {
          suggestion + ("accepted here: & | -> <-> xor U R W M, " + or_else));
   }
 
-  /// What the atom before an unexpected operand may have been meant for: `always a`, `at red hall`.
+  /// What the atom before an unexpected operand was probably meant to be: `always a`, `at red hall`.
   std::string SuggestionForBefore(const Token& unexpected) {
     const std::string symbol = OperatorFor(before_);
     if (!symbol.empty()) return "did you mean '" + symbol + "' for '" + before_ + "'? ";

@@ -18,7 +18,7 @@ using ::testing::SizeIs;
 
 std::string Printed(const std::string& text) { return ParseFormula(text).ToString(); }
 
-/// What is said about a bad formula.
+/// The message for a bad formula.
 std::string Error(const std::string& text, const Location& where = {}) {
   try {
     ParseFormula(text, where);
@@ -208,11 +208,11 @@ TEST(Cosafe, ViolationsAreInWordsWithTheirColumns) {
     return all;
   };
   EXPECT_THAT(why("F a & G !b"),
-              HasSubstr("7: 'G' asks for something at every position for ever; no finite word"));
-  EXPECT_THAT(why("a R b"), HasSubstr("3: 'R' asks for its right side for ever unless its left side comes"));
-  EXPECT_THAT(why("a W b"), HasSubstr("3: 'W' is content with its left side for ever"));
+              HasSubstr("7: 'G' requires something at every position for ever; no finite word"));
+  EXPECT_THAT(why("a R b"), HasSubstr("3: 'R' requires its right side for ever unless its left side comes"));
+  EXPECT_THAT(why("a W b"), HasSubstr("3: 'W' may be satisfied by its left side for ever"));
   EXPECT_THAT(why("!(a & F b)"),
-              HasSubstr("7: 'F' is negated by '!' at column 1, which asks that something never"));
+              HasSubstr("7: 'F' is negated by '!' at column 1, which requires that something never"));
   EXPECT_THAT(why("F a -> b"), HasSubstr("1: 'F' is negated by '->' at column 5"));
   EXPECT_THAT(why("F a <-> b"), HasSubstr("1: 'F' is negated by '<->' at column 5"));
   EXPECT_THAT(why("a xor X(b U c)"), HasSubstr("11: 'U' is negated by 'xor' at column 3"));
@@ -228,7 +228,7 @@ TEST(Cosafe, RequiringItThrowsWithAdvice) {
     RequireSemantics(ParseFormula("F a & G !b"), Semantics::kCosafe);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("formula:1:7: the formula is not co-safe: 'G' asks for something"));
+    EXPECT_THAT(error.what(), HasSubstr("formula:1:7: the formula is not co-safe: 'G' requires something"));
     EXPECT_THAT(error.what(), HasSubstr("or the semantics 'ltlf'"));
   }
   EXPECT_NO_THROW(RequireSemantics(ParseFormula("F a & G !b"), Semantics::kLtlf));

@@ -156,7 +156,7 @@ Bdd::Ref Progression::Substitute(Bdd::Ref state, const LetterView* letter, Memo&
     Bdd::Ref test = Progress(static_cast<Core::Ref>(core_node << 1), letter, progress);
     if (core_.nodes()[core_node].kind == Core::Kind::kNegatedAtom) test = Bdd::Not(test);
     const Bdd::Ref low = bdd_.Low(plain), high = bdd_.High(plain);
-    // A letter often decides the test; the other branch is then not worth looking at.
+    // A letter often decides the test; the other branch is then not evaluated.
     Bdd::Ref ref;
     if (test == Bdd::kTrue) {
       ref = Substitute(high, letter, states, progress);

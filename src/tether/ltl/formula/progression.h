@@ -34,8 +34,8 @@ class Progression {
 
   /// The atoms that the next step may depend on, in increasing order (a superset).
   std::vector<int> RelevantAtoms(State state) const;
-  /// At least so many letters until a state accepts; Core's structure only, see LowerBound() in the source.
-  /// kNever for the false state.
+  /// A lower bound on the letters until acceptance, from Core's structure only (see the source). kNever for
+  /// the false state.
   int LowerBound(State state) const;
   static constexpr int kNever = 0x3fffffff;
 
@@ -44,7 +44,7 @@ class Progression {
   int first_state_level() const { return end_level_; }
 
  private:
-  /// A memo that forgets everything at once.
+  /// A memo that is cleared in constant time.
   struct Memo {
     std::vector<Bdd::Ref> value;
     std::vector<uint32_t> stamp;

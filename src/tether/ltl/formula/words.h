@@ -9,7 +9,7 @@
 
 namespace tether::ltl {
 
-/// Words that other tools for LTLf read as something else than a proposition.
+/// Words that other tools for LTLf do not read as propositions.
 
 /// Whether `name` is `last` or `end`.
 bool IsWordForTheEnd(std::string_view name);

@@ -1,4 +1,4 @@
-// What other tools for LTLf read as words of the language; tests are named after docs/finds.md.
+// Words that other tools for LTLf read as operators; tests are named after docs/finds.md.
 
 #include "tether/ltl/formula/words.h"
 

@@ -12,7 +12,7 @@ constexpr double kSigmaPerPenalty = 1e4;
 constexpr int kMostNewtonSteps = 8;
 constexpr int kMostRounds = 6;
 
-// What became of a row in the last solve.
+// A row's state in the last solve.
 constexpr char kAtLower = 0;
 constexpr char kWithin = 1;
 constexpr char kUnknown = 2;
@@ -76,7 +76,7 @@ bool ElasticQp::SolveByActiveSet(const ManifoldView::Values& values, double lamb
     for (;;) {
       Slope(values, lambda, guessed);
       if (!guessed && slope_.cwiseAbs().maxCoeff() <= 10 * tolerance) break;
-      // Where rows are redundant it may go round in circles.
+      // With redundant rows it may cycle.
       const double slope = slope_.cwiseAbs().maxCoeff();
       if (++steps > kMostNewtonSteps || slope > 0.5 * last_slope) return false;
       last_slope = slope;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHugePivot = 1e30;
 
-/// Works on whole columns; what stands above the diagonal is garbage in and out.
+/// Works on whole columns; entries above the diagonal are meaningless before and after.
 TETHER_KERNEL void FactorizeDiagonal(double* A) {
   for (int j = 0; j < 6; ++j) {
     block::Column column = block::Load(A + 6 * j);

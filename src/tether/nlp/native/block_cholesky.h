@@ -26,7 +26,7 @@ class BlockCholesky {
   int count() const { return count_; }
   /// How many blocks the factor has, fill included.
   int num_slots() const { return static_cast<int>(rows_.size()); }
-  /// Where block (row, column) with row ≥ column stands; it must be of the pattern.
+  /// The slot of block (row, column) with row ≥ column, which must be of the pattern.
   int Slot(int row, int column) const;
   int row(int slot) const { return rows_[static_cast<size_t>(slot)]; }
   int column(int slot) const { return columns_[static_cast<size_t>(slot)]; }

@@ -10,7 +10,7 @@ namespace {
 
 // Rows with less weight than this next to curvatures of about one are far from active.
 constexpr double kNegligibleWeight = 1e-9;
-// Inequalities within so many changes of the last step take part from the beginning; m, rad.
+// Inequalities within this many changes of the last step are included from the beginning; m, rad.
 constexpr double kReachPerChange = 2;
 constexpr double kLeastReach = 0.002;
 constexpr double kFirstChange = 0.25;
@@ -20,7 +20,7 @@ constexpr double kLeastExcess = 1e-9;
 
 constexpr char kWithinRow = 1;
 constexpr char kUnknownRow = 2;
-// A row of a warm start that pushes less is not taken for active.
+// A row of a warm start with a smaller multiplier does not start as active.
 constexpr double kLeastMultiplier = 1e-8;
 
 }  // namespace
@@ -257,15 +257,19 @@ bool ElasticQp::Solve(const ManifoldView::Values& values, const Eigen::VectorXd&
                       double tolerance) {
   SetRows(c, nu);
   ChooseNearRows();
+  // The interior point only has to identify the active rows; if it can't, it continues to the end.
+  const double rough = std::max(tolerance, kRoughPerPenalty * nu);
   bool converged = true;
   do {
     converged = guess_known_ && SolveByActiveSet(values, lambda, tolerance);
     if (!converged) {
-      // The interior point only has to tell which rows are active; if it can't, it goes on to the end.
-      const double rough = std::max(tolerance, kRoughPerPenalty * nu);
-      SolveByInteriorPoint(values, lambda, rough, false);
-      converged = SolveByActiveSet(values, lambda, tolerance) ||
-                  SolveByInteriorPoint(values, lambda, tolerance, true) ||
+      const bool tries = with_rough_rows_.TriesNow();
+      if (tries) {
+        SolveByInteriorPoint(values, lambda, rough, false);
+        converged = SolveByActiveSet(values, lambda, tolerance);
+        with_rough_rows_.Note(converged);
+      }
+      converged = converged || SolveByInteriorPoint(values, lambda, tolerance, tries) ||
                   SolveByInteriorPoint(values, lambda, tolerance, false, true);
     }
     guess_known_ = true;

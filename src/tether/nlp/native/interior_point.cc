@@ -12,8 +12,23 @@ constexpr double kRowRegularisation = 1e-11;
 // factorisations.
 constexpr double kFirstProduct = 0.1;
 constexpr double kLeastMargin = 1e-9;  // of an interval
-// Of the complementarity products, what a careful step aims at.
+// The share of the complementarity products at which a careful step aims.
 constexpr double kCarefulShare = 0.2;
+
+/// A row's multiplier and slacks on the central path.
+struct CentralPoint {
+  double multiplier, a, b;
+};
+
+/// For a row of value c and weight interval [lower, upper]: a − b = c, and both products are μ. With
+/// s = y − lower: c s² + 2 h s = μ w.
+CentralPoint FindCentralPoint(double c, double lower, double upper) {
+  const double w = upper - lower, mu = kFirstProduct * std::sqrt(upper);
+  const double h = mu - 0.5 * c * w, root = std::sqrt(h * h + c * mu * w);
+  const double s = h >= 0 ? mu * w / (h + root) : (root - h) / c;
+  const double inside = std::clamp(s, kLeastMargin * w, (1 - kLeastMargin) * w);
+  return {lower + inside, mu / (w - inside), mu / inside};
+}
 
 }  // namespace
 
@@ -35,12 +50,21 @@ void ElasticQp::Direction(const ManifoldView::Values& values) {
 }
 
 double ElasticQp::LongestStep() const {
-  // The largest rate at which something positive goes to zero; without branches.
+  // The largest rate at which a positive quantity goes to zero; without branches.
   double rate = 1;
   for (int k = 0; k < static_cast<int>(near_.size()); ++k) {
     rate = std::max({rate, -da_[k] / a_[k], -db_[k] / b_[k], dy_[k] / u_[k], -dy_[k] / l_[k]});
   }
   return 1 / rate;
+}
+
+double ElasticQp::SumOfProducts(double step) const {
+  double sum = 0;
+  for (int k = 0; k < static_cast<int>(near_.size()); ++k) {
+    sum +=
+        (a_[k] + step * da_[k]) * (u_[k] - step * dy_[k]) + (b_[k] + step * db_[k]) * (l_[k] + step * dy_[k]);
+  }
+  return sum;
 }
 
 bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double lambda, double tolerance,
@@ -56,15 +80,11 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
   MultiplyCurvature(values, d_, Hd_);
   for (int k = 0; k < m && !resume; ++k) {
     const int i = near_[static_cast<size_t>(k)];
-    // On the central path: a − b = c, and both products are μ. With s = y − lo: c s² + 2 h s = μ w.
-    const double c = c_[i], w = hi_[i] - lo_[i], mu = kFirstProduct * std::sqrt(hi_[i]);
-    const double h = mu - 0.5 * c * w, root = std::sqrt(h * h + c * mu * w);
-    const double s = h >= 0 ? mu * w / (h + root) : (root - h) / c;
-    const double inside = std::clamp(s, kLeastMargin * w, (1 - kLeastMargin) * w);
-    multiplier_[k] = lo_[i] + inside;
-    z_[k] = c;
-    a_[k] = mu / (w - inside);
-    b_[k] = mu / inside;
+    const CentralPoint start = FindCentralPoint(c_[i], lo_[i], hi_[i]);
+    multiplier_[k] = start.multiplier;
+    z_[k] = c_[i];
+    a_[k] = start.a;
+    b_[k] = start.b;
   }
   bool converged = false;
   for (int iteration = 0; iteration < kMaxIterations && !converged; ++iteration) {
@@ -93,15 +113,9 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
     double step = 1;
     if (m > 0) {
       step = LongestStep();
-      double affine = 0;
-      for (int k = 0; k < m; ++k) {
-        affine += (a_[k] + step * da_[k]) * (u_[k] - step * dy_[k]) +
-                  (b_[k] + step * db_[k]) * (l_[k] + step * dy_[k]);
-      }
-      const double ratio = std::clamp(affine / (2 * m * gap), 0.0, 1.0);
+      const double ratio = std::clamp(SumOfProducts(step) / (2 * m * gap), 0.0, 1.0);
       const double mu = std::max((careful ? kCarefulShare : ratio * ratio * ratio) * gap, 0.1 * tolerance);
-      // The corrector is that of a whole step: where only a short one can be taken, it may go round in
-      // circles.
+      // The corrector is that of a whole step: where only a short step is possible, it may cycle.
       for (int k = 0; k < m; ++k) {
         target_a_[k] = mu + (careful ? 0 : da_[k] * dy_[k]);
         target_b_[k] = mu - (careful ? 0 : db_[k] * dy_[k]);
@@ -120,7 +134,7 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
   }
   for (int k = 0; k < m; ++k) {
     const int i = near_[static_cast<size_t>(k)];
-    // Within its interval is what is nearer to that than to an end, as the products tell.
+    // A multiplier is inside its interval if it is nearer to that than to an end, by the products.
     active_[static_cast<size_t>(i)] = a_[k] > hi_[i] - multiplier_[k]   ? 3
                                       : b_[k] > multiplier_[k] - lo_[i] ? 0
                                                                         : 1;

@@ -13,10 +13,10 @@ namespace tether::nlp {
 
 /// A program as the native solver sees it: rows c(x) with multipliers, the cost's Gauss–Newton model, and
 /// steps on the manifold. The variables are nodes of six coordinates: a pose is one node, a vector as many as
-/// it needs, the last one padded. Nodes stand in an order of elimination that fills little.
+/// needed, the last one padded. Nodes are in an order of elimination with little fill.
 ///
 /// This is the workspace of one solve: not to be shared between threads. Nothing allocates after
-/// construction, but for what residuals themselves do.
+/// construction, except residuals themselves.
 class ManifoldView {
  public:
   /// Rows that depend on the same nodes, one dense matrix.
@@ -29,7 +29,7 @@ class ManifoldView {
     int columns() const { return 6 * static_cast<int>(nodes.size()); }
   };
 
-  /// What is known at a point.
+  /// The values and derivatives at a point.
   struct Values {
     long revision = -1;  ///< Another one for each evaluation of the view.
     double cost = 0;
@@ -68,7 +68,7 @@ class ManifoldView {
   /// Σ |violation| over all rows.
   double TotalViolation(const Eigen::VectorXd& rows) const;
 
-  /// Multipliers by rows as the program's, and back; what `warm` does not have becomes zero.
+  /// Multipliers by rows as those of the program's terms, and back; entries that `warm` lacks become zero.
   void WriteMultipliers(const Eigen::VectorXd& y, WarmStart& warm) const;
   Eigen::VectorXd ReadMultipliers(const WarmStart& warm) const;
   /// The terms of the rows with a weight above `least`, those with the largest sums first.

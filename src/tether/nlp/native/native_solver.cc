@@ -23,10 +23,11 @@ constexpr double kLargestDamping = 1e8;
 constexpr double kLongestTurn = 1.2;  // rad, of one pose in one step
 constexpr double kAcceptance = 1e-3;  // least share of the predicted decrease
 constexpr double kPredictionNoise = 1e-13;
-// Nearly done for so many iterations, of which so many were refused: the iterates only jump across a kink.
+// Nearly converged for this many iterations, of which this many were refused: the iterates only jump across a
+// kink.
 constexpr int kQuietIterations = 5;
 constexpr int kQuietRefusals = 2;
-// As good as converged: where rows curve much, Gauss–Newton's last digits come slowly.
+// Practically converged: where rows curve much, Gauss–Newton gains its last digits slowly.
 constexpr int kSlowIterations = 5;
 constexpr int kCutRounds = 3;
 constexpr double kQuietChange = 1e-4;  // of the merit, relative
@@ -65,8 +66,7 @@ class NativeRun {
     const Eigen::VectorXd y = qp_.y();
     view_.WriteMultipliers(y, result.warm_start);
     result.warm_start.penalty = penalty_;
-    // With so large a penalty the cost's own multipliers are small beside those of rows that fight each
-    // other.
+    // At such a penalty the cost's own multipliers are small beside those of conflicting rows.
     if (result.status == Status::kLocallyInfeasible)
       result.blocking_terms = view_.TermsByWeight(y.cwiseAbs(), kBlockingShare * penalty_);
     return result;
@@ -103,7 +103,7 @@ class NativeRun {
     return values.cost + penalty_ * view_.TotalViolation(values.rows);
   }
 
-  /// Takes the subproblem's step, shortened where it turns a pose too far, as step_; returns the decrease of
+  /// Sets step_ to the subproblem's step, shortened where it turns a pose too far; returns the decrease of
   /// the merit that the undamped model predicts.
   double Predict(double merit) {
     const double turn = view_.LargestTurn(qp_.d());
@@ -131,8 +131,8 @@ class NativeRun {
     quiet_refusals_ = quiet ? quiet_refusals_ + (accepted ? 0 : 1) : 0;
   }
 
-  /// Where the model itself stays far from feasible, the penalty may be too small for it: cheaper to find out
-  /// now than after convergence (Byrd, Nocedal and Waltz, "Steering exact penalty methods", 2008).
+  /// Where the model itself stays far from feasible, the penalty may be too small: raising it now is cheaper
+  /// than after convergence (Byrd, Nocedal and Waltz, "Steering exact penalty methods", 2008).
   bool SteerPenalty() {
     if (penalty_ >= kSteeredPenalty) return false;
     const double left = view_.TotalViolation(model_rows_);
@@ -181,20 +181,21 @@ class NativeRun {
     }
   }
 
-  /// Moves to the trial point if it is good enough. If not, cuts are taken over from it.
+  /// Moves to the trial point if it is good enough. If not, adds cuts from it.
   bool TryStep(double merit, double predicted) {
     cuts_added_ = 0;
     view_.Move(x_, step_, 1, trial_);
     if (!EvaluateTrial()) return false;
     double ratio = (merit - Merit(there_)) / predicted;
     if (ratio < kAcceptance) {
-      // Perhaps only the rows' curvature and kinks are in the way: once more with the rows as they are there.
+      // Perhaps only the rows' curvature and kinks prevent it: a second-order correction, with the rows'
+      // values at the trial point.
       cuts_added_ = qp_.AddCuts(there_, step_, model_rows_);
       for (int row = 0; row < view_.num_rows(); ++row)
         model_rows_[row] = qp_.HasFreshCut(row) ? here_.rows[row] : there_.rows[row] - Jd_[row];
       SolveSubproblem(model_rows_);
-      // A correction makes up for what the model does not see, so the model would refuse it: it has to keep
-      // what the step before it promised. With cuts the model itself is another.
+      // A correction compensates for what the model lacks, so the model would refuse it: it is compared with
+      // the decrease predicted for the step before it. With cuts the model itself has changed.
       const double corrected = Predict(merit);
       if (cuts_added_ > 0) predicted = corrected;
       if (predicted <= 0) return false;

@@ -10,7 +10,7 @@
 #include "tether/nlp/native/manifold_view.h"
 #include "tether/nlp/solver.h"
 
-/// What the parts of a step of the native solver are for: the careful subproblem, the bound on turns, the
+/// The purpose of each part of a step of the native solver: the careful subproblem, the bound on turns, the
 /// second-order correction, cuts that move along and are dropped in time.
 namespace tether::nlp {
 namespace {
@@ -67,8 +67,8 @@ TEST(NativeStepTest, WhatIsTiltedByLessThanARightAngleComesUprightByTheShorterTu
 }
 
 TEST(NativeStepTest, TheSubproblemIsSolvedHoweverFarARowIsFromFeasible) {
-  // A steep row far away needs a multiplier that is small in its interval: where Mehrotra's corrector goes
-  // round in circles, and the guess used to be called locally infeasible.
+  // A steep row far away needs a multiplier that is small in its interval: where Mehrotra's corrector cycles,
+  // and the guess used to be reported as locally infeasible.
   for (const double nu : {1.0, 10.0, 1e3, 1e5}) {
     for (const double far : {0.3, 1.0, 7.5, 100.0}) {
       Random random(1);
@@ -86,7 +86,7 @@ TEST(NativeStepTest, TheSubproblemIsSolvedHoweverFarARowIsFromFeasible) {
       qp.MultiplyCurvature(values, qp.d(), Hd);
       const double row = values.rows[0] + Jd[0], y = qp.y()[0];
       EXPECT_LE(std::abs(y), nu * (1 + 1e-9));
-      // Met, or pushed at with all that there is.
+      // Satisfied, or with its multiplier at its bound.
       EXPECT_LT(std::abs(row) * (nu - std::abs(y)), 1e-6 * nu) << nu << " " << far;
       EXPECT_NEAR(values.gradient[0] + Hd[0] + 1e-3 * qp.d()[0] + 5 * y, 0, 1e-6 * nu);
     }
@@ -96,7 +96,7 @@ TEST(NativeStepTest, TheSubproblemIsSolvedHoweverFarARowIsFromFeasible) {
 TEST(NativeStepTest, CurvedRowsDoNotSlowItDown) {
   // Where a row curves, a step that is right to first order leaves it, and the merit function refuses it: on
   // a circle, and along rods of fixed length. Corrected to second order, fewer steps are refused and
-  // shortened; without the corrections it takes about 11,000 and 8,400 iterations.
+  // shortened; without the corrections it needs about 11,000 and 8,400 iterations.
   int circles = 0, rods = 0;
   for (uint64_t seed = 1; seed <= 400; ++seed) {
     Random random(seed);
@@ -175,7 +175,7 @@ TEST(ElasticQpTest, CutsMoveAlongAndLastForOneStep) {
   next.head<2>() << -0.1, 0.4;
   view.Move(x, step, 1, moved);
   ASSERT_TRUE(view.Evaluate(moved, there));
-  // Every inequality came out above what was predicted of it.
+  // Every inequality is above its prediction.
   there.rows.setConstant(0.5);
   ElasticQp qp(view);
   const VectorXd low = VectorXd::Constant(here.rows.size(), -1e9);

@@ -196,7 +196,7 @@ TEST(NativeTest, SolvesLongChains) {
 }
 
 TEST(NativeTest, NamesTheTermsThatFightAndNoOthers) {
-  // Two tables at different heights, a wall that is far away, a floor that is touched but not in the way.
+  // Two tables at different heights, a wall that is far away, a floor that is touched but does not conflict.
   Example example;
   const BlockRef box = example.program.AddPose("box");
   example.guess.poses.push_back(Pose(Vector3d(0.1, 0, 0.5)));
@@ -214,8 +214,9 @@ TEST(NativeTest, NamesTheTermsThatFightAndNoOthers) {
   EXPECT_EQ(std::max(result.blocking_terms[0], result.blocking_terms[1]), 4);
 }
 
-TEST(NativeTest, AnInequalityThatIsMetButInTheWayIsNamed) {
-  // The equality gives way to the two inequalities that together push harder; all of them block.
+TEST(NativeTest, AnInequalityThatHoldsButConflictsIsNamed) {
+  // The equality is violated for the two inequalities, whose multipliers together are larger; all of them
+  // conflict.
   Example example;
   const BlockRef box = example.program.AddPose("box");
   example.guess.poses.push_back(Pose());
@@ -264,7 +265,7 @@ TEST(NativeTest, StartsWarm) {
     ASSERT_TRUE(again.ok()) << again.Summary();
     EXPECT_LE(again.iterations, 1);
     EXPECT_NEAR(again.cost, first.cost, 1e-6 * (1 + first.cost));
-    // The last box has to give way.
+    // The last box has to move.
     Example moved = KeyPoseChain(14, seed);
     Program& program = moved.program;
     program.Add(PlaneDistance({BlockRef::Kind::kPose, 27}, Vector3d::Zero(), Vector3d::UnitX(),

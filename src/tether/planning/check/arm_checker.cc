@@ -12,7 +12,7 @@ using constraints::kHand;
 using math::Pose;
 using nlp::Unit;
 
-/// Minus their distance; 0 where they are surely apart.
+/// Minus their distance, m; 0 where bounds show them apart.
 double Overlap(const geometry::Shape& a, const Pose& X_WA, const geometry::Shape& b, const Pose& X_WB) {
   if (geometry::DistanceLowerBound(a, X_WA, b, X_WB) > 0) return 0;
   return -geometry::SignedDistance(a, X_WA, b, X_WB).distance;
@@ -51,14 +51,21 @@ void ArmChecker::CheckLinks(const FrameTree& tree, const std::vector<Pose>& pose
                             constraints::Findings& findings) {
   const ActingRobot& robot = facts_.problem().robot;
   const robot::ArmSolids& solids = model_.solids();
+  geometry::Aabb arm;
+  for (int k = 0; k < solids.hand(); ++k) {
+    const geometry::Shape& link = solids.links[static_cast<size_t>(k)].shape;
+    arm.Include(geometry::BoundingBox(link, robot.X_WBase * kinematics_.X_BSolid(k)));
+  }
   for (const std::string& name : facts_.solids()) {
     if (name == kHand) continue;
     const geometry::Shape& shape = *facts_.ShapeOf(name);
-    const Pose X_WO = tree.PoseAt(name, step, poses), X_WStart = tree.PoseAt(name, -1, poses);
+    const Pose X_WO = tree.PoseAt(name, step, poses);
+    if (arm.DistanceTo(geometry::BoundingBox(shape, X_WO)) > 0) continue;
+    const Pose X_WStart = tree.PoseAt(name, -1, poses);
     const bool still = (X_WO.p - X_WStart.p).norm() < 1e-9 && math::AngleBetween(X_WO.R, X_WStart.R) < 1e-6;
     for (int k = 0; k < solids.hand(); ++k) {
       const robot::LinkSolid& link = solids.links[static_cast<size_t>(k)];
-      // What stands where the arm was put and touches it from the start is meant to.
+      // What touches the arm at the start is meant to touch it.
       if (still &&
           (link.link == 0 || Overlap(link.shape, robot.X_WBase * at_start_.X_BSolid(k), shape, X_WO) > 0))
         continue;

@@ -15,8 +15,8 @@ class ArmChecker {
   /// The problem must have a robot model.
   explicit ArmChecker(const SceneFacts& facts);
 
-  /// Does `q` have the hand at X_WHand, within the joints' limits, with links clear of everything after the
-  /// step and of each other? Negative distances are reported as violations.
+  /// Reports to the collector whatever speaks against `q` as an IK solution of X_WHand: the hand's error,
+  /// joints beyond their limits, links that overlap with the scene after the step or with each other.
   void Check(const FrameTree& tree, const std::vector<math::Pose>& poses, int step, const math::Pose& X_WHand,
              const Eigen::VectorXd& q, constraints::Findings& findings);
 

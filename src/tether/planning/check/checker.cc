@@ -33,7 +33,7 @@ class Collector final : public constraints::Findings {
 
  protected:
   void Take(const std::string& label, Unit unit, double amount, std::string cause) override {
-    // A test that can't be evaluated is not passed.
+    // A test that can't be evaluated counts as violated.
     const double violation = std::isfinite(amount) ? std::max(0.0, amount) : 1e9;
     double& worst = unit == Unit::kRadian ? result_.max_violation_rad : result_.max_violation_m;
     worst = std::max(worst, violation);
@@ -80,7 +80,7 @@ std::string CheckResult::Worst() const {
 
 namespace {
 
-/// Of a plan with relaxed actions, the key poses of the others, each from where things are at the start.
+/// Of a plan with region steps, the key poses of the other actions, each from the poses at the start.
 CheckResult CheckRegionPlan(const Problem& problem, const std::vector<BoundStep>& steps, const Plan& plan) {
   const SceneFacts facts(problem);
   CheckResult all;
@@ -124,8 +124,8 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
                        "'" + schema.control + "' in '" + schema.target + "' belongs to " + steps[t].action);
     }
     if (!tree.AddStep(schema.control, schema.target)) {
-      throw InputError("key pose " + std::to_string(t + 1) + " hangs '" + schema.control +
-                       "' on what hangs on it");
+      throw InputError("key pose " + std::to_string(t + 1) + " attaches '" + schema.control +
+                       "' to a frame that is attached to it");
     }
     poses.push_back(step.X_TC);
     q.push_back(step.q);
@@ -141,8 +141,8 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   Collector collector(result);
   FrameTree tree(problem.scene, problem.robot.X_WHand);
   for (const BoundStep& step : steps) {
-    [[maybe_unused]] const bool hangs = tree.AddStep(step.schema.control, step.schema.target);
-    assert(hangs);
+    [[maybe_unused]] const bool added = tree.AddStep(step.schema.control, step.schema.target);
+    assert(added);
   }
 
   std::optional<ArmChecker> arm;

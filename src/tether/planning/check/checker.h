@@ -10,14 +10,14 @@
 
 namespace tether::planning {
 
-/// One thing that a plan does not keep, or would not keep with a smaller tolerance.
+/// A constraint that a plan violates, or would violate with a smaller tolerance.
 struct CheckFinding {
   int step = 0;
   std::string action;
   std::string label;  ///< "clearance(hand, table)"
   nlp::Unit unit = nlp::Unit::kMetre;
   double amount = 0;       ///< Violation, m or rad, > 0.
-  std::string cause = {};  ///< What is wrong, in words that follow the action; may be empty.
+  std::string cause = {};  ///< What is wrong, as a phrase that can follow the action's name; may be empty.
 };
 
 /// The judgement of a plan.
@@ -28,6 +28,7 @@ struct CheckResult {
   std::vector<CheckFinding> findings;  ///< Every violation above 1e-6, largest first.
   std::vector<math::Pose> X_WHand;     ///< The hand at each key pose.
 
+  /// Every violation is within the tolerances of the options.
   bool Feasible(const ProgramOptions& options) const {
     return max_violation_m <= options.feasible_m && max_violation_rad <= options.feasible_rad;
   }
@@ -36,13 +37,12 @@ struct CheckResult {
 };
 
 /// Judges a plan by geometry alone: poses are composed step by step, each constraint's own geometric test is
-/// asked, and every pair of solids that should be apart is measured. Shares no code with the rows of the
+/// made, and every pair of solids that should be apart is measured. Shares no code with the rows of the
 /// optimiser. Throws InputError if the plan's actions and steps don't belong together.
 CheckResult CheckPlan(const Problem& problem, const Plan& plan);
-/// The same for a bound skeleton and the poses of its steps' control frames in their targets, which hang on
-/// nothing that hangs on them.
-/// `q` are the arm's joints at each key pose, which shall witness that the arm can take it; where there are
-/// none, that is not judged.
+/// The same for a bound skeleton and the poses of its steps' control frames in their targets; no target may
+/// be attached to its control frame. `q` are the IK solutions of the key poses, which are judged too; where
+/// there are none, reachability is not judged.
 CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                           const std::vector<math::Pose>& poses, const std::vector<Eigen::VectorXd>& q = {});
 

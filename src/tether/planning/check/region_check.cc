@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Directions in which a footprint is looked at. It comes out too small if at all.
+// Directions in which a footprint is sampled: it comes out a little too small, never too large.
 constexpr int kDirections = 64;
 
 std::string Millimetres(double metres) {
@@ -42,13 +42,13 @@ geometry::Polygon Footprint(const scene::Object& object, const Eigen::Matrix3d& 
   return geometry::ConvexHull(std::move(points));
 }
 
-/// What speaks against an action, and whether nothing can be done about it.
+/// Why an action fails, and whether that is a proof.
 struct Objection {
   std::string reason;  // empty: nothing
   bool proved = false;
 };
 
-/// Why no pose of the controlled frame in the region will do.
+/// Why no pose of the controlled frame in the region serves.
 Objection WhyNot(const Problem& problem, const StepSchema& step) {
   const scene::Region& region = *problem.scene.FindRegion(step.target);
   const scene::Object* object = problem.scene.FindObject(step.control);
@@ -57,7 +57,8 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
     geometry::Polygon roomy;
     for (const Vector2d& corner : outline)
       roomy.push_back(corner + scene::RegionFit::kOutlineTolerance * std::sqrt(2) * corner.normalized());
-    // As it stands: nothing turns it over, since hands come from above and put things down as they took them.
+    // As it stands: nothing turns it over, since hands grasp from above and put things down in the same
+    // attitude.
     const Eigen::Matrix3d R_RO =
         math::Between(problem.scene.InitialPose(region.name), problem.scene.InitialPose(object->name)).R;
     if (!geometry::FitsInside(Footprint(*object, R_RO), roomy))
@@ -78,7 +79,7 @@ Objection WhyNot(const Problem& problem, const StepSchema& step) {
           true};
 }
 
-/// Why the hand can't take what a step without a key pose leaves to the executive, which asks the same.
+/// Why the hand can't grasp the target of a step without a key pose, by the executive's own test.
 Objection WhyNotGrasped(const Problem& problem, const StepSchema& step) {
   const scene::Object* object = problem.scene.FindObject(step.target);
   if (problem.robot.model == nullptr || step.control != constraints::kHand || object == nullptr) return {};
@@ -91,7 +92,7 @@ Objection WhyNotGrasped(const Problem& problem, const StepSchema& step) {
   return {flaws.proved() ? reason : "not modelled: " + reason, flaws.proved()};
 }
 
-/// Why the arm will hardly do: it is too short for a hand that points straight down where the region is.
+/// Why the arm will probably not do: it is too short for a hand that points straight down at the region.
 std::string WhyHardly(const Problem& problem, const StepSchema& step) {
   if (problem.robot.model == nullptr) return "";
   const scene::Region& region = *problem.scene.FindRegion(step.target);
@@ -152,7 +153,7 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
         } else {
           status = alone.report.status;
           reason = alone.report.reason;
-          // From where things are at the start: not after something has moved them.
+          // From the poses at the start: not after an action has moved them.
           unmoved = alone.unmoved;
           const bool moved_before =
               std::any_of(report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {

@@ -9,15 +9,15 @@ namespace tether::planning {
 
 /// Whether some step of the action has a region for a target: any pose in it will do (paper B, section 3.2).
 bool HasRegionStep(const ActionSchema& action);
-/// The same of any of a candidate's actions.
+/// The same for any of a candidate's actions.
 bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actions);
 
-/// What can be said beforehand of a candidate with relaxed actions, whose poses the controller chooses as it
-/// goes: an object must fit into the regions that it is brought to, these must be within the arm's reach, and
-/// actions without relaxed steps must have key poses by themselves, from where things are at the start. The
-/// plan's cost is left at 0.
+/// Necessary conditions of a candidate with steps to regions, whose poses are left to the controller: an
+/// object must fit into the regions that it is brought to, these must be within the arm's reach, and actions
+/// without such steps must have key poses by themselves, from the poses at the start. The plan's cost is left
+/// at 0.
 ///
-/// An action that fails does so wherever it stands: Verdict::failing_anywhere.
+/// An action that fails does so whatever comes before it: Verdict::failing_anywhere.
 Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
                          const Limits& limits);
 

@@ -19,18 +19,18 @@ using math::Pose;
 // Samples are about this far apart, m.
 constexpr double kSpacing = 0.03;
 constexpr int kIterations = 25;
-// On the way links may come nearer to things than at key poses, and what is moved may touch, m.
+// Between key poses links may come nearer to things than at them, and what is moved may touch, m.
 constexpr double kApproachClearance = 0.002;
 constexpr double kTouch = 0.001;
-// The hand follows the way to within this, m and rad.
-constexpr double kOffWay = 1e-3;
-constexpr double kTurnedOffWay = 5e-3;
+// The hand follows the straight motion to within this, m and rad.
+constexpr double kOffLine = 1e-3;
+constexpr double kTurnedOffLine = 5e-3;
 // Where a joint turns further than this between samples, rad, they are set closer together …
 constexpr double kSteady = 0.3;
 // … down to this part of their distance: what still turns so far has left its branch.
 constexpr double kFinest = 0.1;
 
-/// A straight motion of the hand away from its key pose, and what hangs on it meanwhile.
+/// A straight motion of the hand away from its key pose, and what is attached to the hand meanwhile.
 struct Stretch {
   Pose X_WFar;      ///< The hand at its other end.
   bool before;      ///< It leads to the key pose.
@@ -50,12 +50,13 @@ class ApproachChecker {
         search_(search),
         X_WHand_(tree.PoseAt(kHand, step, poses)) {}
 
-  /// Why the ways are not free; empty if they are, perhaps with another posture in place of the witness's.
+  /// Why approach or retreat is not free; empty if both are, perhaps with another posture in place of the IK
+  /// solution's.
   std::string Run(robot::Posture& posture, std::optional<ApproachEnd>& blocked_end) {
     search_.SetStep(tree_, poses_, step_);
     holder_ = tree_.ParentAt(kHand, step_);
     const robot::PostureProblem whole = search_.problem();
-    // What is taken up, put down or pushed moves too.
+    // What is picked, placed or pushed moves too.
     robot::PostureProblem& problem = search_.problem();
     problem.clearance = kApproachClearance;
     problem.obstacles.clear();
@@ -69,9 +70,9 @@ class ApproachChecker {
     const std::string found = FollowAll(stretches, posture, &blocked);
     std::string other_found = found;
     if (blocked != nullptr) {
-      // The elbow may be free at the far end, and come from there to the key pose.
+      // A branch that is free at the far end may lead from there to the key pose.
       robot::Posture other = posture;
-      SolveInMode(blocked->X_WFar, whole.rest, other);
+      SolveAt(blocked->X_WFar, whole.rest, other);
       if (Follows(other) && other.distance >= 0 && Follow(*blocked, 1, 0, other).empty()) {
         robot::PostureProblem there = whole;
         there.rest = other.q;
@@ -88,10 +89,11 @@ class ApproachChecker {
   }
 
  private:
-  /// The control frame is the hand or what it holds: else a tool moves it.
+  /// The control frame is the hand or held by it; else a tool pushes it.
   bool Carries() const { return schema_.control == kHand || schema_.control == holder_; }
 
-  /// Adds a displacement of the hand. What the hand holds turns with it; anything else does not.
+  /// Adds a displacement of the hand. A displacement in the frame of a held object turns with the hand; in
+  /// any other it does not.
   void Add(const Vector3d& by, In in, constraints::Offset& offset) const {
     const Eigen::Matrix3d R_BaseW = facts_.problem().robot.X_WBase.R.transpose();
     switch (in) {
@@ -152,23 +154,23 @@ class ApproachChecker {
     return all;
   }
 
-  /// Follows a stretch from the share `from` of it to `to`, 0 being the key pose, with the arm at `posture`,
-  /// which then is where it came to. Empty if it comes through; else why not.
+  /// Follows a stretch from the share `from` of its length to `to`, 0 being the key pose, beginning at
+  /// `posture`, which becomes the last posture reached. Empty if `to` is reached; else why not.
   std::string Follow(const Stretch& stretch, double from, double to, robot::Posture& posture) {
     const Pose X_HandFar = math::Between(X_WHand_, stretch.X_WFar);
     const math::Vector6d whole = math::LogSE3(X_HandFar);
     const double spacing = 1 / std::max(1.0, std::ceil(X_HandFar.p.norm() / kSpacing));
     const double sign = to < from ? -1 : 1;
     double s = from, ds = spacing;
-    // Steps that are nothing beside the whole would lead nowhere.
+    // Steps below the resolution of the parameter make no progress.
     while (std::abs(to - s) > 1e-9 && ds > 1e-12) {
       PollLimits();
       ds = std::min(ds, std::abs(to - s));
       const Pose X_WH = X_WHand_ * math::ExpSE3(whole * (s + sign * ds));
       robot::Posture there = posture;
-      SolveInMode(X_WH, posture.q, there);
+      SolveAt(X_WH, posture.q, there);
       const bool follows = Follows(there);
-      // Near a singularity the joints turn fast, yet steadily: looked at more closely.
+      // Near a singularity the joints turn fast, yet steadily: sampled more densely.
       const bool swings = (there.q - posture.q).cwiseAbs().maxCoeff() > kSteady;
       if ((!follows || swings) && ds > kFinest * spacing) {
         ds /= 2;
@@ -198,12 +200,12 @@ class ApproachChecker {
   }
 
   bool Follows(const robot::Posture& posture) const {
-    return posture.position_error <= kOffWay && posture.rotation_error <= kTurnedOffWay;
+    return posture.position_error <= kOffLine && posture.rotation_error <= kTurnedOffLine;
   }
 
-  /// Brings the hand to a place on the way; the elbow stays near `rest`. Whatever moves on the way is no
-  /// obstacle.
-  void SolveInMode(const Pose& X_WH, const Eigen::VectorXd& rest, robot::Posture& posture) {
+  /// Solves for the hand at a point of the stretch; the elbow stays near `rest`. What moves with the hand is
+  /// no obstacle.
+  void SolveAt(const Pose& X_WH, const Eigen::VectorXd& rest, robot::Posture& posture) {
     robot::PostureProblem& problem = search_.problem();
     problem.X_BH = math::Between(facts_.problem().robot.X_WBase, X_WH);
     problem.rest = rest;
@@ -229,7 +231,7 @@ class ApproachChecker {
     std::string parent;  // before the step, of what moves
   };
 
-  /// Those that move on the way, and the rest.
+  /// Those that move along the stretch, and the rest.
   void FindSolids() {
     if (!resting_.empty() || !moving_.empty()) return;
     const std::vector<std::string>& solids = facts_.solids();
@@ -277,7 +279,7 @@ class ApproachChecker {
   IkSearch& search_;
   Pose X_WHand_;
   std::string holder_;
-  std::vector<int> kept_;  // Indices of the obstacles that are left on the way.
+  std::vector<int> kept_;  // Indices of the obstacles of the stretch.
   std::vector<Solid> moving_, resting_;
 };
 

@@ -8,14 +8,14 @@
 
 namespace tether::planning {
 
-/// The straight motions about a key pose as its verbs ask for them: from the last reach before it to the key
-/// pose, and by the shifts after it; of a push also the stretch from the key pose before. Sampled: the arm
-/// follows them from the witness without leaving its branch, links, hand and what it holds clear of what the
-/// key pose itself keeps clear of. Empty if so; else why not, in words that follow the action: "on the way
-/// there, panda's link5 would be 1.2 cm inside shelf".
+/// Checks the approach to a key pose (from the last reach before it) and the retreat from it (the shifts
+/// after it), for a push also the straight motion from the key pose before, by samples: the arm follows them
+/// from the IK solution without leaving its branch, with links, hand and the held object clear of what the
+/// key pose itself keeps clear of. Empty if they are free; else why not, as a phrase that can follow the
+/// action's name: "on the way there, panda's link5 would be 1.2 cm inside shelf".
 ///
-/// Where they are not free from the witness, but are with the elbow elsewhere, the witness becomes that.
-/// `search` is that of the skeleton; `witness` is that of the step, and was found.
+/// Where they are not free from `ik_solution`, but are with the elbow elsewhere, `ik_solution` becomes that
+/// one. `search` is that of the skeleton; `ik_solution` is that of the step, and was found.
 std::string CheckApproaches(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                             const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
                             IkSearch& search, IkSolution& ik_solution);

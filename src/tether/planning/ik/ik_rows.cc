@@ -19,13 +19,13 @@ using nlp::Role;
 
 // Links that come this near to what they have to keep clear of get a row, m beyond the clearance.
 constexpr double kNearLink = 0.03;
-// Of the joints' distance from where the search left them, in the cost, per rad²: next to nothing, but it
-// makes the elbow's freedom no direction without curvature.
+// Weight of the joints' distance from the search's best, per rad²: tiny, but it gives curvature to the
+// elbow's redundancy.
 constexpr double kStay = 1e-4;
-// Along a straight way no joint turns further than this, rad and rad per m.
+// Along a straight motion no joint turns further than this, rad and rad per m.
 constexpr double kLeastTurn = 0.15;
 constexpr double kTurnPerLength = 4;
-// Hands further from where they must be than this are beyond help, m and rad together.
+// Beyond this error of the hand no joint variables are added, m and rad together.
 constexpr double kHopeless = 0.5;
 
 /// √weight · (q − rest).
@@ -82,7 +82,7 @@ class RowWriter {
   RowWriter(const SceneFacts& facts, const std::vector<BoundStep>& steps, KeyPoseProgram& key_poses)
       : facts_(facts), steps_(steps), key_poses_(key_poses), model_(facts.problem().robot.model) {}
 
-  /// The joints at a step, or at the far end of a way from there.
+  /// The joints at a step, or at the far end of its approach or retreat.
   JointBlock& AddBlock(int step, const robot::PostureProblem& problem, const Eigen::VectorXd& q,
                        bool far = false, const constraints::Offset& offset = {}) {
     const std::string& robot = facts_.problem().robot.name;
@@ -97,7 +97,7 @@ class RowWriter {
     return key_poses_.joints.back();
   }
 
-  /// The arm gets from one to the other along a straight way.
+  /// No joint turns too far between the two ends of a straight motion.
   void Tie(int step, int vector_a, int vector_b, double length) {
     key_poses_.program.Add(std::make_shared<StayClose>(
                                ActionOf(step) + ": joints on the way of " + facts_.problem().robot.name, step,
@@ -105,7 +105,7 @@ class RowWriter {
                            Role::kInequality);
   }
 
-  /// Adds rows for what is near at `q` and has none. True if there was any.
+  /// Adds rows for pairs that are near at `q` and have none. True if there were any.
   bool AddNear(JointBlock& joints, const IkSearch& search, const robot::PostureProblem& problem,
                const Eigen::VectorXd& q) {
     const robot::ArmSolids& solids = model_->solids();
@@ -205,7 +205,7 @@ bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>
   if (AllHaveIkSolutions(facts, key_poses)) return false;
   IkSearch search(facts, key_poses.tree);
   RowWriter writer(facts, steps, key_poses);
-  bool added = false;  // Where only a way is not free, nothing is.
+  bool added = false;  // Where only an approach or retreat is not free, none are.
   nlp::Point guess{x.poses, x.vectors, {}};
   for (const IkSolution& ik_solution : key_poses.ik_solutions) {
     const robot::Posture& posture = ik_solution.posture;

@@ -6,21 +6,21 @@
 
 namespace tether::planning {
 
-/// Key poses are to be taken by an arm, with joints as evidence.
+/// Whether key poses need IK solutions: the problem has an arm that constrains the plan.
 bool NeedsIkSolutions(const Problem& problem);
 
-/// Finds the arm's configurations at the key poses that `x` is, and keeps them in `key_poses.witnesses`.
-/// Without an arm it does nothing.
+/// Finds IK solutions for the key poses `x`, and stores them in `key_poses.ik_solutions`. Without an arm it
+/// does nothing.
 void FindIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
                      KeyPoseProgram& key_poses);
 
-/// The same. Where a key pose has none, the joints there become variables of the program: the hand that they
-/// give is where the key pose has it, and links that are near something are kept clear. True if rows were
-/// added: `x`, with the best joints that were met, is then the guess.
+/// The same. Where a key pose has none, its joints become variables of the program, with rows for the hand's
+/// pose and for the clearance of links that are near something. True if rows were added: the guess is then
+/// `x` with the best joints found.
 bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& steps, const nlp::Point& x,
                            KeyPoseProgram& key_poses);
 
-/// Every key pose has a witness, and the ways to and from it are free, or there is no arm to ask for one.
+/// Every key pose has an IK solution with free approach and retreat, or none is needed.
 bool AllHaveIkSolutions(const SceneFacts& facts, const KeyPoseProgram& key_poses);
 
 }  // namespace tether::planning

@@ -11,7 +11,7 @@ namespace {
 using constraints::kHand;
 using math::Pose;
 
-// Beginnings elsewhere, where the configuration before does not lead to one.
+// Other starts, where the configuration before does not lead to a solution.
 constexpr int kElsewhere = 10;
 
 }  // namespace
@@ -28,10 +28,10 @@ IkSearch::IkSearch(const SceneFacts& facts, const FrameTree& tree)
   problem_.rest = robot.model->home();
   problem_.clearance = kLinkClearance;
   start_ = robot.q.size() > 0 ? robot.q : robot.model->home();
-  // The first joint turns the whole arm: a scene that is turned about the base, the hand with it, is the
-  // same.
+  // The first joint turns the whole arm: a scene turned about the base together with the hand gives the same
+  // solutions.
   problem_.rest[0] = start_[0];
-  // What touches at the start is meant to.
+  // What touches the arm at the start is meant to touch it.
   SetStep(tree, {}, -1);
   touching_.assign(names_.size(), {});
   robot::PostureProblem alone = problem_;

@@ -28,38 +28,38 @@ struct ApproachEnd {
   bool at_step_before = false;  ///< It is the key pose of the step before: `offset` does not count.
 };
 
-/// A configuration of the arm in which the hand is where a key pose has it: the evidence that the arm can
-/// take it.
+/// An IK solution of a key pose, or why there is none.
 struct IkSolution {
-  Eigen::VectorXd q;   ///< n, rad: if none was found, the best that was met.
-  bool found = false;  ///< The hand is there, joints are within their limits, links are clear.
-  /// If not found, why, in words that follow the action: "4.5 cm beyond reach". If found, why the straight
-  /// ways to and from it are not free; empty if they are.
+  Eigen::VectorXd q;   ///< n, rad: if none was found, the best that was found.
+  bool found = false;  ///< The hand is at the key pose, joints are within their limits, links are clear.
+  /// If not found, why, as a phrase that can follow the action's name: "4.5 cm beyond reach". If found, why
+  /// approach or retreat is not free; empty if both are.
   std::string problem;
   robot::Posture posture;
-  std::optional<ApproachEnd> blocked;  ///< If found, of the first way that is not free.
+  std::optional<ApproachEnd>
+      blocked;  ///< If found: the end of the first approach or retreat that is not free.
 };
 
-/// Looks for witnesses. One for each skeleton and thread.
+/// Searches for IK solutions. One object per skeleton and thread.
 class IkSearch {
  public:
   /// The problem must have a robot model.
   IkSearch(const SceneFacts& facts, const FrameTree& tree);
 
-  /// One for each key pose. Each begins where the one before ended, so that consecutive ones are of the same
-  /// branch of the arm where that can be; only where it can't, from elsewhere. `tree` and `poses`, the steps'
-  /// variables, say where everything is.
+  /// One per key pose. Each search begins at the solution of the key pose before, so that consecutive ones
+  /// are of the same branch where possible; only where that fails, elsewhere. `tree` and `poses`, the steps'
+  /// variables, give the poses of everything.
   std::vector<IkSolution> Find(const FrameTree& tree, const std::vector<math::Pose>& poses);
 
-  /// Where to begin at a step besides.
+  /// Adds a start of the search at a step.
   void Suggest(int step, const Eigen::VectorXd& q) { suggested_[step] = q; }
 
-  /// What the links have to keep clear of after a step, and the hand's pose in the base frame.
+  /// Sets what the links have to keep clear of after a step, and the hand's pose in the base frame.
   void SetStep(const FrameTree& tree, const std::vector<math::Pose>& poses, int step);
   robot::PostureProblem& problem() { return problem_; }
   robot::PostureSolver& solver() { return solver_; }
 
-  /// Why a posture at the present step will not do.
+  /// Why a posture at the present step is not accepted.
   std::string Explain(const robot::Posture& posture) const;
 
   /// The solid of the scene, and its part, that an obstacle of problem() is.

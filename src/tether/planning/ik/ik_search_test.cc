@@ -74,7 +74,7 @@ TEST(IkSearchTest, EveryKeyPoseOfAPlanHasOne) {
   }
 }
 
-TEST(IkSearchTest, TheCheckerRejectsJointsThatAreNoWitness) {
+TEST(IkSearchTest, TheCheckerRejectsJointsThatAreNoIkSolution) {
   Problem problem = ReachProblem();
   const CandidateReport report = Optimize(problem, {"pick(hook)"});
   ASSERT_TRUE(report.feasible()) << report.reason;
@@ -128,7 +128,7 @@ TEST(IkSearchTest, AShelfTooHighIsProvedToBe) {
   EXPECT_THAT(report.reason, testing::MatchesRegex("place\\(block,shelf\\): [0-9.]+ cm beyond reach"));
 }
 
-TEST(IkSearchTest, AWayThatIsNotFreeMovesTheKeyPoseNotThePlan) {
+TEST(IkSearchTest, AnApproachThatIsNotFreeMovesTheKeyPoseNotThePlan) {
   // The cheapest key poses bring the box so near to the base that the arm can't lift the hook from there.
   Problem problem = ReachProblem();
   problem.program.home = true;
@@ -195,7 +195,7 @@ TEST(IkSearchTest, UnderARoofTheHandComesFromTheSideIfItMay) {
   }
 }
 
-/// Key poses of "pick, place" as planned, but with the hand set down where the arm can't be.
+/// Key poses of "pick, place" as planned, but with the hand where the arm has no solution.
 struct Strained {
   const std::vector<std::string> actions{"pick(block)", "place(block,bench)"};
   const Problem problem = BenchProblem({Box("block", {0.05, 0.05, 0.05}, {0.5, 0.1, 0.025}, true)});
@@ -212,7 +212,7 @@ struct Strained {
   }
 };
 
-TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoWitness) {
+TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoIkSolution) {
   Strained s;
   const SceneFacts& facts = s.facts;
   const int terms = static_cast<int>(s.key_poses.program.terms().size());
@@ -232,7 +232,7 @@ TEST(IkRowsTest, JointsBecomeVariablesWhereKeyPosesHaveNoWitness) {
   EXPECT_FALSE(AddMissingIkSolutions(facts, s.steps, s.key_poses.guess, s.key_poses));
 }
 
-TEST(IkRowsTest, SolvedTogetherKeyPosesHaveWitnesses) {
+TEST(IkRowsTest, SolvedTogetherKeyPosesHaveIkSolutions) {
   Strained s;
   const SceneFacts& facts = s.facts;
   ASSERT_TRUE(AddMissingIkSolutions(facts, s.steps, s.x, s.key_poses));
@@ -242,7 +242,7 @@ TEST(IkRowsTest, SolvedTogetherKeyPosesHaveWitnesses) {
   EXPECT_TRUE(AllHaveIkSolutions(facts, s.key_poses)) << s.key_poses.ik_solutions[1].problem;
   const CheckResult check = CheckKeyPoses(facts, s.steps, result.x.poses, JointsOf(s.key_poses.ik_solutions));
   EXPECT_TRUE(check.Feasible(s.problem.program)) << check.Worst();
-  // The joints that the program holds are a witness themselves.
+  // The program's joint variables are an IK solution themselves.
   robot::Kinematics kinematics(s.problem.robot.model);
   kinematics.Set(result.x.vectors[0]);
   EXPECT_LT((kinematics.X_BH().p - check.X_WHand[1].p).norm(), 1e-4);

@@ -7,9 +7,9 @@
 
 namespace tether::planning {
 
-/// Whether the arm gets its hand, pointing straight down, to an object where it stands at the start: of a
-/// movable one to the middle of some part, turned along or across it; of a fixed one to some point of its
-/// upper side. Joints keep within their limits by a margin; what stands around does not count. Milliseconds.
+/// Whether the hand, pointing straight down, reaches an object at its initial pose: the middle of some part
+/// of a movable one, turned along or across it; some point of the upper side of a fixed one. Joints keep a
+/// margin to their limits; obstacles do not count. Takes milliseconds.
 bool WithinReach(const robot::Model& model, const math::Pose& X_WBase, const scene::Scene& scene,
                  const std::string& object);
 

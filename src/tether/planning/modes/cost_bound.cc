@@ -43,7 +43,7 @@ double LeastTravel(const std::vector<Ball>& balls, const std::vector<double>& we
   return std::max(0.0, bound);
 }
 
-/// The same of Σ w ‖qᵢ₊₁ − qᵢ‖: each two balls are apart by what is between them.
+/// The same for Σ w ‖qᵢ₊₁ − qᵢ‖: the sum of the distances between neighbouring balls.
 double LeastLength(const std::vector<Ball>& balls, double weight) {
   double sum = 0;
   for (size_t i = 1; i < balls.size(); ++i) {

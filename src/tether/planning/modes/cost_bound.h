@@ -7,9 +7,9 @@
 
 namespace tether::planning {
 
-/// A number that the cost (paper A, eq. (4)) of no key poses of these steps falls below. Where a step ties
-/// the hand to something that was not moved, the hand is in a known ball (constraints::Kind::locate); the
-/// bound is what the shortest way through these balls costs, evenly spread over the steps, without turning.
+/// A lower bound on the cost (paper A, eq. (4)) of any key poses of these steps. Where a step ties the hand
+/// to something that was not moved, the hand is in a known ball (constraints::Kind::locate); the bound is the
+/// cost of the shortest path through these balls, evenly spread over the steps, without turning.
 double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& steps);
 
 }  // namespace tether::planning

@@ -8,7 +8,7 @@
 
 namespace tether::planning {
 
-/// What a step's fingers are asked to hold when they close on `object`, with what its verbs press.
+/// The load on a step's fingers when they close on `object` with the force of its verbs.
 constraints::Load LoadOf(const scene::Object& object, const StepSchema& step);
 
 }  // namespace tether::planning

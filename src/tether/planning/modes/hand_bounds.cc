@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 // Out of reach by less than this proves nothing: constraints are kept to tolerances, m.
 constexpr double kProof = 0.003;
 
-/// Where the step's control frame is in its target frame, as far as its constraints tell.
+/// The set in which the step's control frame is, in its target frame, as far as its constraints tell.
 std::optional<Ball> Locate(const StepContext& context, const BoundStep& step) {
   std::optional<Column> all;
   for (const BoundConstraint& constraint : step.constraints) {
@@ -45,7 +45,7 @@ std::optional<Ball> Locate(const StepContext& context, const BoundStep& step) {
   return Ball{all->centre, std::hypot(all->radius, all->half_height)};
 }
 
-/// Where the hand is in the world after a step; none if that is not known.
+/// The ball in which the hand is in the world after a step; none if that is not known.
 std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<std::optional<Ball>>& located) {
   math::Pose X_WF;  // known as long as the links are constant
   Ball ball;
@@ -71,7 +71,7 @@ std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<st
   return turned ? ball : Ball{X_WF.p, 0};
 }
 
-/// The unit vector of the control frame that `d` of it must be in the target frame.
+/// The direction, in the target frame, that the direction `d` of the control frame must have.
 std::optional<Vector3d> Carry(const std::vector<Alignment>& alignments, const Vector3d& d) {
   for (const Alignment& alignment : alignments) {
     if (alignment.of_control.dot(d) > 1 - 1e-9) return alignment.of_target;
@@ -96,8 +96,8 @@ std::optional<Vector3d> ApproachAt(const FrameTree& tree, int step,
   return d;
 }
 
-/// The movable objects that a step's target hangs on, it among them, if the step moves the hand itself and no
-/// earlier one moves any of them.
+/// The movable objects that a step's target is attached to, it among them, if the step moves the hand itself
+/// and no earlier one moves any of them.
 std::vector<std::string> UnmovedBelow(const Problem& problem, const std::vector<BoundStep>& steps, int step) {
   const StepSchema& schema = steps[static_cast<size_t>(step)].schema;
   std::vector<std::string> all;
@@ -151,7 +151,7 @@ std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std:
   for (size_t t = 0; t < steps.size(); ++t) {
     const HandBound& bound = (*bounds)[t];
     if (!bound.place) continue;
-    // The last joint's point in the hand: along the approach it is known where, across it only how far.
+    // The last joint's point in the hand: known along the approach; across it, only its distance is known.
     Vector3d p_W = bound.place->centre;
     double slack = bound.place->radius;
     if (bound.approach) {

@@ -21,20 +21,20 @@ struct HandBound {
 };
 
 /// Where constraints tie the hand to something that was not moved (constraints::Kind::locate and align),
-/// whatever the key poses: one per step. None if some step hangs a frame on what hangs on it.
+/// whatever the key poses: one per step. None if some step attaches a frame to a descendant of it.
 std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts, const std::vector<BoundStep>& steps);
 
-/// An action that no key pose within the arm's reach can do.
+/// A proof that an action has no key pose within the arm's reach.
 struct ReachRefutation {
   int action_index = 0;
   std::string reason;  ///< "pick(box): 4.5 cm beyond reach"
-  /// Of all that comes before it, it matters only where these movable objects are, which have not been moved.
-  /// Empty: that is not so.
+  /// The proof depends only on the poses of these movable objects, which no earlier action moved. Empty: it
+  /// depends on more.
   std::vector<std::string> unmoved;
 };
 
-/// The first action that is out of reach whatever the key poses: the nearest that the hand's last joint can
-/// be there is further than the arm is long (robot::OuterReach). A proof; none without an arm.
+/// The first action that is out of reach whatever the key poses: the least distance of the hand's last joint
+/// there exceeds the arm's length (robot::OuterReach). A proof; none without an arm.
 std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std::vector<BoundStep>& steps);
 
 }  // namespace tether::planning

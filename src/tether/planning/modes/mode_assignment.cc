@@ -9,24 +9,24 @@
 namespace tether::planning {
 namespace {
 
-// A way is promising if at its guess turning the hand is no more than this share of the cost, and nothing is
-// further out of reach than this, m.
+// A mode assignment is likely to be the best one if at its guess turning the hand is no more than this share
+// of the cost, and nothing is further out of reach than this, m.
 constexpr double kMuchTurning = 0.3;
 constexpr double kFarOutOfReach = 0.02;
-// What being out of reach at the guess counts against a way, per m.
+// The penalty of a guess out of reach, per m.
 constexpr double kReachWeight = 10;
-// An option is worth a look if its score is worse by no more than this, and a rival if what it promises is
-// worse by no more than such a factor.
+// Alternatives: options whose score is worse by no more than this, and whose predicted cost is higher by no
+// more than such a factor.
 constexpr double kAlternativeScore = 0.5;
 constexpr double kAlternativeCost = 1.2;
 
-/// The ways that differ in one choice, taken one option further; the likeliest first.
-std::vector<Variant> Neighbours(const ModeAssignment& way) {
+/// The variants that differ in one choice, by its next option; the likeliest first.
+std::vector<Variant> Neighbours(const ModeAssignment& modes) {
   std::vector<std::pair<double, Variant>> neighbours;
-  for (const ChoicePoint& choice : way.choices) {
+  for (const ChoicePoint& choice : modes.choices) {
     const size_t next = static_cast<size_t>(choice.chosen) + 1;
     if (next >= choice.options.size()) continue;
-    Variant variant = way.variant;
+    Variant variant = modes.variant;
     variant[choice.key] = static_cast<int>(next);
     neighbours.emplace_back(choice.options[next].score - choice.options[next - 1].score, std::move(variant));
   }
@@ -41,17 +41,17 @@ std::vector<Variant> Neighbours(const ModeAssignment& way) {
 
 ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& variant,
                                       const KeyPoseProgram& key_poses) {
-  ModeAssignment way{variant,
-                     key_poses.choices,
-                     0,
-                     false,
-                     key_poses.refutations,
-                     key_poses.refuted_action,
-                     key_poses.refuted_reason,
-                     key_poses.refuted_proved,
-                     key_poses.refuted_anywhere,
-                     key_poses.constant_proof};
-  if (!way.refutations.empty()) return way;
+  ModeAssignment modes{variant,
+                       key_poses.choices,
+                       0,
+                       false,
+                       key_poses.refutations,
+                       key_poses.refuted_action,
+                       key_poses.refuted_reason,
+                       key_poses.refuted_proved,
+                       key_poses.refuted_anywhere,
+                       key_poses.constant_proof};
+  if (!modes.refutations.empty()) return modes;
   const Problem& problem = facts.problem();
   std::vector<math::Pose> X_WHand;
   double out_of_reach = 0;
@@ -61,14 +61,14 @@ ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& va
       out_of_reach = std::max(out_of_reach, OutOfReach(problem.robot, X_WHand.back()));
   }
   const HandCost cost = CostOfHand(problem, X_WHand);
-  way.predicted_cost = cost.total() + kReachWeight * out_of_reach;
-  way.likely_best = cost.turn <= kMuchTurning * cost.total() && out_of_reach <= kFarOutOfReach;
-  return way;
+  modes.predicted_cost = cost.total() + kReachWeight * out_of_reach;
+  modes.likely_best = cost.turn <= kMuchTurning * cost.total() && out_of_reach <= kFarOutOfReach;
+  return modes;
 }
 
-Variant FirstChoices(const ModeAssignment& way, size_t actions) {
+Variant FirstChoices(const ModeAssignment& modes, size_t actions) {
   Variant variant;
-  for (const ChoicePoint& choice : way.choices) {
+  for (const ChoicePoint& choice : modes.choices) {
     if (choice.action < static_cast<int>(actions) && choice.chosen != 0) variant[choice.key] = choice.chosen;
   }
   return variant;
@@ -76,50 +76,50 @@ Variant FirstChoices(const ModeAssignment& way, size_t actions) {
 
 ModeAssignments FindModeAssignments(const SceneFacts& facts, const std::vector<BoundStep>& steps, size_t most,
                                     const Limits& limits) {
-  ModeAssignments ways;
+  ModeAssignments assignments;
   std::vector<ModeAssignment> met;
   std::set<Variant> seen;
-  std::set<std::pair<double, size_t>> frontier;  // promise and index of those whose neighbours were not met
+  std::set<std::pair<double, size_t>>
+      frontier;  // predicted cost and index of those whose neighbours were not examined
   const auto meet = [&](const Variant& variant) {
     if (!seen.insert(variant).second) return;
     const KeyPoseProgram guessed = BuildProgram(facts, steps, variant, {.guess_only = true});
-    ModeAssignment way = DescribeModeAssignment(facts, variant, guessed);
-    (way.refutations.empty() ? ways.open : ways.refuted).push_back(way);
-    // Of refuted ways, those with fewer changes come first.
+    ModeAssignment modes = DescribeModeAssignment(facts, variant, guessed);
+    (modes.refutations.empty() ? assignments.open : assignments.refuted).push_back(modes);
+    // Of refuted ones, those with fewer changes come first.
     const double rank =
-        way.refutations.empty() ? way.predicted_cost : 1e6 + static_cast<double>(variant.size());
+        modes.refutations.empty() ? modes.predicted_cost : 1e6 + static_cast<double>(variant.size());
     frontier.emplace(rank, met.size());
-    met.push_back(std::move(way));
+    met.push_back(std::move(modes));
   };
   meet({});
   while (!frontier.empty() && met.size() < most && !limits.Over()) {
-    if (!ways.refuted.empty() && ways.refuted.back().refuted_action >= 0) break;
+    if (!assignments.refuted.empty() && assignments.refuted.back().refuted_action >= 0) break;
     const size_t best = frontier.extract(frontier.begin()).value().second;
     for (const Variant& variant : Neighbours(met[best])) {
       if (met.size() < most && !limits.Over()) meet(variant);
     }
   }
-  ways.exhausted = frontier.empty();
-  std::stable_sort(ways.open.begin(), ways.open.end(), [](const ModeAssignment& a, const ModeAssignment& b) {
-    return a.predicted_cost < b.predicted_cost;
-  });
-  return ways;
+  std::stable_sort(
+      assignments.open.begin(), assignments.open.end(),
+      [](const ModeAssignment& a, const ModeAssignment& b) { return a.predicted_cost < b.predicted_cost; });
+  return assignments;
 }
 
 std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std::vector<BoundStep>& steps,
-                                             const ModeAssignment& way, const Limits& limits) {
+                                             const ModeAssignment& modes, const Limits& limits) {
   std::vector<ModeAssignment> alternatives;
-  for (const ChoicePoint& choice : way.choices) {
+  for (const ChoicePoint& choice : modes.choices) {
     const double score = choice.options[static_cast<size_t>(choice.chosen)].score;
     for (int option = 0; option < static_cast<int>(choice.options.size()); ++option) {
       const double worse = choice.options[static_cast<size_t>(option)].score - score;
       if (option == choice.chosen || worse > kAlternativeScore || limits.Over()) continue;
-      Variant variant = way.variant;
+      Variant variant = modes.variant;
       variant[choice.key] = option;
       ModeAssignment alternative =
           DescribeModeAssignment(facts, variant, BuildProgram(facts, steps, variant, {.guess_only = true}));
       if (alternative.refutations.empty() &&
-          alternative.predicted_cost <= kAlternativeCost * way.predicted_cost)
+          alternative.predicted_cost <= kAlternativeCost * modes.predicted_cost)
         alternatives.push_back(std::move(alternative));
     }
   }

@@ -16,14 +16,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using math::Pose;
 
-// Of the grid, m; of large supports so many places along each side.
+// The grid's spacing, m; on large supports, the number of places along each side.
 constexpr double kGrid = 0.01;
 constexpr double kAlongSide = 40;
-// An object is looked at this much above its support, and what carries it below its foot, m.
+// An object is tested this far above its support; its support is looked for this far below its foot, m.
 constexpr double kLift = 0.002;
 // The ball that looks for the support under an object's foot, m.
 constexpr double kProbe = 0.004;
-// The first attempts fill from the corners, along either side first.
+// The first attempts fill from each corner, along one side or the other first.
 constexpr int kCorners = 8;
 // Where the grasp is raised: by this share of the object's height.
 constexpr double kRaised = 0.3;

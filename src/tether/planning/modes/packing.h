@@ -10,12 +10,11 @@
 
 namespace tether::planning {
 
-/// Several objects that a skeleton puts down on one support, and how they may be arranged there. Each by
-/// itself finds its place; whether all of them do depends on all places together. An arrangement puts one
-/// after the other, as the skeleton does, on a grid over the support, in an order of the grid's places that
-/// differs from attempt to attempt (bottom-left filling from each corner, then random orders): objects as
-/// they came or else along the support's edges, clear of all that stands there, and the hand too. The
-/// optimiser begins there.
+/// Arrangements of several objects that a skeleton puts down on one support: starts for the optimiser.
+/// Whether all of them find a place depends on all places together. An arrangement puts down one after the
+/// other, as the skeleton does, on a grid over the support, in an order of the grid's places that differs
+/// from attempt to attempt (bottom-left filling from each corner, then random orders): objects in their
+/// present yaw or else along the support's edges, with object and hand clear of all that stands there.
 class Packing {
  public:
   /// Fewer objects than this on one support need no arranging.
@@ -24,11 +23,11 @@ class Packing {
   /// `guess` is of all steps; it is read and kept by reference, as are the others.
   Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess);
 
-  /// Whether some support takes enough objects.
+  /// Whether some support gets kFewest objects or more.
   static bool IsNeeded(const std::vector<BoundStep>& steps) { return !FindGroups(steps).empty(); }
   struct Arrangement {
-    std::map<int, math::Pose> placed;  ///< Key poses by step: of what is put down, and of raised grasps.
-    bool tight = false;                ///< There is not the room that carried objects should keep.
+    std::map<int, math::Pose> placed;  ///< Key poses by step: placements, and raised grasps.
+    bool tight = false;                ///< Carried objects do not have their full clearance.
   };
   /// None if this attempt finds no arrangement.
   std::optional<Arrangement> Arrange(int attempt, const Random& random) const;
@@ -36,7 +35,7 @@ class Packing {
  private:
   struct Placing {
     int step;  // that puts it down
-    int pick;  // that took it into the hand; −1: none
+    int pick;  // that grasps it; −1: none
     std::string object;
   };
   struct Group {

@@ -12,7 +12,7 @@
 namespace tether::planning {
 namespace {
 
-/// Finds what is where in a scene, and what is wrong with it.
+/// Finds the layout of a scene, and its mistakes.
 class LayoutFinder {
  public:
   LayoutFinder(const scene::Scene& scene, const std::map<std::string, Location>& where, const Location& task,
@@ -151,7 +151,7 @@ class LayoutFinder {
   RegionLayout layout_;
 };
 
-/// A name that is nothing in the scene: names there have no dots.
+/// A name that no frame of the scene has: names there have no dots.
 std::string Numbered(const std::string& name, int n) { return name + "." + std::to_string(n); }
 
 /// The objects and facts that both domains have.

@@ -12,7 +12,7 @@
 
 namespace tether::planning {
 
-/// What there is in a scene with regions, without geometry.
+/// The symbolic layout of a scene with regions.
 struct RegionLayout {
   struct Place {
     std::string name;
@@ -48,17 +48,17 @@ const std::string& OverlappingDomainText();
 std::string RegionProblemText(const RegionLayout& layout);
 
 /// The domain and the problem with each region cut into `poses` places to put something, as He et al. do: the
-/// hand moves to a pose, and a region still takes no more objects than its capacity says. Poses are named
-/// after their region and number: heat.3.
+/// hand moves to a pose, and a region still holds no more objects than its capacity. Poses are named after
+/// their region and number: heat.3.
 const std::string& PoseDomainText();
 std::string PoseProblemText(const RegionLayout& layout, int poses);
 
-/// What there is in a scene: movable objects are where geometry says, where regions overlap in each that they
-/// fit.
+/// The layout of a scene: movable objects are in the regions that geometry shows; where regions overlap, in
+/// each that they fit in.
 ///
 /// `where` says where each name of the scene was written, `task` where the task was. Adds a diagnostic for
-/// each object in no region, each region with more objects than fit, a hub that is missing or not the only
-/// one; then the layout is of no use.
+/// each object in no region, each region with more objects than fit, and a hub that is missing or not the
+/// only one; the layout is then invalid.
 RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, Location>& where,
                         const Location& task, Diagnostics& diagnostics);
 

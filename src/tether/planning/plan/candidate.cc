@@ -17,26 +17,29 @@
 namespace tether::planning {
 namespace {
 
-// So many ways are looked at where the first one does not promise well.
+// The most mode assignments that are compared where the first one is unlikely to be the best.
 constexpr size_t kLookedAt = 48;
-// A way is not worth trying if this share of what its guess costs is more than the best plan found: what the
-// optimiser gains on a guess is rarely more than half of it, by spreading a turn over two steps.
+// A mode assignment is not tried if this share of its guess's cost exceeds that of the best plan found: the
+// optimiser rarely saves more than half of a guess's cost, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
 // Of a row's violation, m or rad.
 constexpr double kLeastSuspicious = 1e-3;
-// So many of the best ways get further starts if none is accepted from its own guess.
+// The number of best mode assignments that get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
 constexpr size_t kMostAlternatives = 2;
-// So many arrangements of the objects that share a support.
+// The arrangements that are tried of objects that share a support.
 constexpr int kArrangements = 16;
-// So many of them that are feasible are compared; ways that are tried before.
+// The number of feasible arrangements that are compared; mode assignments that are tried before them.
 constexpr int kMostArranged = 3;
 constexpr int kBeforeArranging = 4;
-// Where no arrangement is feasible either, so many ways are tried in all: another order is likelier to do.
+// Where no arrangement is feasible either, the most mode assignments tried: another order of actions is
+// likelier to succeed.
 constexpr int kAfterArranging = 8;
+// Violations that differ by so much, m or rad, are the same.
+constexpr double kSameViolation = 1e-6;
 // Results that the checker rejects rank behind all others.
 constexpr double kRejected = 1e3;
-// Constraints named as blocking each other, at most.
+// The most constraints that are named as conflicting.
 constexpr size_t kMostBlocking = 6;
 
 std::vector<BoundStep> FirstSteps(const std::vector<BoundStep>& steps, size_t actions) {
@@ -78,26 +81,15 @@ class CandidateRun {
       Conclude();
       return std::move(report_);
     }
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
-    const ModeAssignment first = DescribeModeAssignment(facts_, {}, key_poses);
-    if (first.likely_best && Try(first, key_poses)) {
-      TryAlternatives(first);
-    } else {
-      TryModeAssignments(first.likely_best);
-    }
-    // Where no way is feasible from its own guess: from other starts, and at last with less clearance.
-    std::stable_sort(failed_.begin(), failed_.end(),
-                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
-    failed_.resize(std::min(failed_.size(), kRestarted));
-    for (int start = 1; start < starts_; ++start) {
-      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
-        Restart(failed_[i].way, start);
+    try {
+      Search();
+    } catch (const LimitReached&) {  // What was found before counts.
     }
     Conclude();
     return std::move(report_);
   }
 
-  /// After Run(): so many first actions are proved impossible, or beyond the model; 0: none.
+  /// After Run(): this many first actions are proved impossible, or not modelled; 0: none.
   size_t refuted_actions() const { return refuted_actions_; }
   /// After Run(): the last of these is so whatever comes before it.
   bool refuted_anywhere() const { return refuted_anywhere_; }
@@ -105,17 +97,35 @@ class CandidateRun {
   const std::vector<std::string>& unmoved() const { return unmoved_; }
   /// After Run(): the best that was accepted; null: nothing.
   std::shared_ptr<Optimum> optimum() const { return optimum_; }
-  /// After Run(), where nothing was accepted: the steps whose constraints block each other.
+  /// After Run(), where nothing was accepted: the steps whose constraints conflict.
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
 
  private:
+  void Search() {
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, {}, {.near = kNear});
+    const ModeAssignment first = DescribeModeAssignment(facts_, {}, key_poses);
+    if (first.likely_best && Try(first, key_poses)) {
+      TryAlternatives(first);
+    } else {
+      TryModeAssignments(first.likely_best);
+    }
+    // Where none is feasible from its own guess: from other starts, and at last with less clearance.
+    std::stable_sort(failed_.begin(), failed_.end(),
+                     [](const Failure& a, const Failure& b) { return a.violation < b.violation; });
+    failed_.resize(std::min(failed_.size(), kRestarted));
+    for (int start = 1; start < starts_; ++start) {
+      for (size_t i = 0; i < failed_.size() && !feasible() && !limits_.Over(); ++i)
+        Restart(failed_[i].modes, start);
+    }
+  }
+
   /// There is a result that the checker accepts and that keeps every row.
   bool feasible() const { return least_violation_ == 0.0; }
 
-  /// Key poses of the first `actions` actions in this way; empty: none were found. Other candidates that
-  /// begin alike ask the same, so the answer is kept; it depends on nothing but the problem.
-  std::vector<math::Pose> SolvePrefix(const ModeAssignment& way, size_t actions) const {
-    const Variant variant = FirstChoices(way, actions);
+  /// Key poses of the first `actions` actions with these modes; empty: none were found. Kept for other
+  /// candidates with the same prefix; depends on nothing but the problem.
+  std::vector<math::Pose> SolvePrefix(const ModeAssignment& modes, size_t actions) const {
+    const Variant variant = FirstChoices(modes, actions);
     std::string key = "beginning";
     for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
     for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
@@ -132,39 +142,39 @@ class CandidateRun {
     });
   }
 
-  /// The way fails already where an earlier one failed, whatever comes later.
-  bool BeginsBadly(const ModeAssignment& way) const {
+  /// The mode assignment fails at a prefix at which an earlier one failed.
+  bool BeginsBadly(const ModeAssignment& modes) const {
     return std::any_of(suspects_.begin(), suspects_.end(),
-                       [&](size_t actions) { return SolvePrefix(way, actions).empty(); });
+                       [&](size_t actions) { return SolvePrefix(modes, actions).empty(); });
   }
 
-  /// Where only a beginning failed, and that can be met by itself: again from there.
-  bool TryFromPrefix(const ModeAssignment& way) {
+  /// Where a prefix failed that is feasible by itself: again, started at its key poses.
+  bool TryFromPrefix(const ModeAssignment& modes) {
     if (last_suspect_ == 0) return false;
     ProgramStart start;
     start.near = kNear;
-    start.beginning = SolvePrefix(way, last_suspect_);
+    start.beginning = SolvePrefix(modes, last_suspect_);
     if (start.beginning.empty()) return false;
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, start);
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, start);
     return key_poses.refutations.empty() && SolveAndJudge(key_poses, 0, effort_.first);
   }
 
-  bool Try(const ModeAssignment& way, KeyPoseProgram& key_poses) {
+  bool Try(const ModeAssignment& modes, KeyPoseProgram& key_poses) {
     // Rows may refute what the guess did not.
     if (!key_poses.refutations.empty()) {
-      NoteRefutation(DescribeModeAssignment(facts_, way.variant, key_poses));
+      NoteRefutation(DescribeModeAssignment(facts_, modes.variant, key_poses));
       return false;
     }
     all_refuted_ = false;
     const bool had_one = optimum_ != nullptr;
-    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromPrefix(way)) return true;
-    // Feasible but for room to spare: with less of that.
-    if (!had_one && optimum_ != nullptr && Restart(way, starts_ - 1)) return true;
-    failed_.push_back({last_violation_, way});
+    if (SolveAndJudge(key_poses, 0, effort_.first) || TryFromPrefix(modes)) return true;
+    // Feasible but for the planner's own margins: again with smaller ones.
+    if (!had_one && optimum_ != nullptr && Restart(modes, starts_ - 1)) return true;
+    failed_.push_back({last_violation_, modes});
     return false;
   }
 
-  /// Others promise about as much as the first, which is feasible: the best of them may be cheaper.
+  /// Others have about the predicted cost of the first, which is feasible: the best of them may be cheaper.
   void TryAlternatives(const ModeAssignment& first) {
     const std::vector<ModeAssignment> alternatives = FindAlternatives(facts_, steps_, first, limits_);
     for (size_t i = 0; i < std::min(alternatives.size(), kMostAlternatives) && !limits_.Over(); ++i) {
@@ -173,16 +183,15 @@ class CandidateRun {
     }
   }
 
-  /// Where several objects come onto one support: from places for all of them that were found together, the
-  /// best of a few that are feasible.
-  /// False if there are not so many on any support.
+  /// Where several objects are put on one support: starts from places that were found for all of them
+  /// together; the best of a few that are feasible. False if no support gets enough objects.
   bool TryArrangements(const Variant& variant) {
     if (!Packing::IsNeeded(steps_)) return false;
     const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
     if (!guess.refutations.empty()) return true;
     const Packing packing(facts_, steps_, guess);
-    // With less clearance the places that each found by itself may do.
-    if (!failed_.empty() && Restart(failed_.front().way, starts_ - 1)) return true;
+    // With less clearance the places found for each by itself may serve.
+    if (!failed_.empty() && Restart(failed_.front().modes, starts_ - 1)) return true;
     int feasible_ones = 0;
     for (int attempt = 0; attempt < kArrangements && feasible_ones < kMostArranged && !limits_.Over();
          ++attempt) {
@@ -200,51 +209,46 @@ class CandidateRun {
     return true;
   }
 
-  /// Tries ways in the order of what they promise, except the first one if that was `tried`.
+  /// Tries mode assignments by predicted cost, except the first one if that was `tried`.
   void TryModeAssignments(bool tried) {
-    const ModeAssignments ways = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
-    exhausted_ = ways.exhausted;
-    for (const ModeAssignment& way : ways.refuted) {
-      NoteRefutation(way);
+    const ModeAssignments assignments = FindModeAssignments(facts_, steps_, kLookedAt, limits_);
+    for (const ModeAssignment& modes : assignments.refuted) {
+      NoteRefutation(modes);
       if (refuted_actions_ > 0) return;
     }
     int count = 0, most = problem_.program.max_variants;
-    for (const ModeAssignment& way : ways.open) {
-      if (feasible() && kWorthTrying * way.predicted_cost > report_.plan.cost) break;
-      if (tried && way.variant.empty()) continue;
-      if (BeginsBadly(way)) continue;
-      // A way that was not tried leaves the candidate without a proof.
-      if (limits_.Over() || ++count > most) {
-        exhausted_ = false;
-        break;
-      }
-      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, {.near = kNear});
-      Try(way, key_poses);
-      if (!feasible() && count == kBeforeArranging && TryArrangements(ways.open.front().variant))
+    for (const ModeAssignment& modes : assignments.open) {
+      if (feasible() && kWorthTrying * modes.predicted_cost > report_.plan.cost) break;
+      if (tried && modes.variant.empty()) continue;
+      if (BeginsBadly(modes)) continue;
+      if (limits_.Over() || ++count > most) break;
+      KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, {.near = kNear});
+      Try(modes, key_poses);
+      if (!feasible() && count == kBeforeArranging && TryArrangements(assignments.open.front().variant))
         most = std::min(most, kAfterArranging);
     }
-    if (!feasible() && count > 0 && count < kBeforeArranging) TryArrangements(ways.open.front().variant);
+    if (!feasible() && count > 0 && count < kBeforeArranging)
+      TryArrangements(assignments.open.front().variant);
   }
 
-  void NoteRefutation(const ModeAssignment& way) {
-    refutations_.insert(refutations_.end(), way.refutations.begin(), way.refutations.end());
-    constant_proof_ = constant_proof_ || way.constant_proof;
-    if (way.refuted_action < 0) return;
-    refuted_actions_ = static_cast<size_t>(way.refuted_action) + 1;
-    refuted_anywhere_ = way.refuted_anywhere;
-    proved_ = way.refuted_proved;
-    report_.reason = way.refuted_reason;
+  void NoteRefutation(const ModeAssignment& modes) {
+    refutations_.insert(refutations_.end(), modes.refutations.begin(), modes.refutations.end());
+    constant_proof_ = constant_proof_ || modes.constant_proof;
+    if (modes.refuted_action < 0) return;
+    refuted_actions_ = static_cast<size_t>(modes.refuted_action) + 1;
+    refuted_anywhere_ = modes.refuted_anywhere;
+    proved_ = modes.refuted_proved;
+    report_.reason = modes.refuted_reason;
   }
 
-  /// Tries a way again, from a displaced guess. What fails with room to spare may do without: the last start
-  /// asks for less.
-  bool Restart(const ModeAssignment& way, int start) {
+  /// Tries a mode assignment again, from a displaced guess. The last start asks for smaller margins.
+  bool Restart(const ModeAssignment& modes, int start) {
     ProgramStart how;
     how.tight = start == starts_ - 1;
     how.noise = how.tight ? 0 : 0.5;
     how.random = random_.Split("start " + std::to_string(start));
     how.near = kNear;
-    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, way.variant, how);
+    KeyPoseProgram key_poses = BuildProgram(facts_, steps_, modes.variant, how);
     return key_poses.refutations.empty() && SolveAndJudge(key_poses, start, effort_.restart);
   }
 
@@ -260,7 +264,7 @@ class CandidateRun {
            Judge(key_poses, result);
   }
 
-  /// Why the arm can't take these key poses, for the log.
+  /// Why these key poses have no IK solutions, for the log.
   std::string ArmProblems(const std::vector<IkSolution>& ik_solutions) const {
     std::string all;
     for (size_t t = 0; t < ik_solutions.size(); ++t) {
@@ -284,17 +288,25 @@ class CandidateRun {
     suspects_.insert(last_suspect_);
   }
 
-  /// Takes the result over if it is the best so far; true if the checker accepts it and it keeps every row.
+  /// Than the best so far. Violations that differ by rounding are the same: the cost decides.
+  bool IsBetter(double violation, double cost) const {
+    if (!least_violation_) return true;
+    const double same = *least_violation_ == 0 || violation == 0 ? 0 : kSameViolation;
+    return violation < *least_violation_ - same ||
+           (violation <= *least_violation_ + same && cost < report_.plan.cost);
+  }
+
+  /// Stores the result if it is the best so far; true if the checker accepts it and it keeps every row.
   bool Judge(KeyPoseProgram& key_poses, const nlp::Result& result) {
     const CheckResult check = CheckKeyPoses(facts_, steps_, result.x.poses, JointsOf(key_poses.ik_solutions));
     const bool accepted = check.Feasible(problem_.program) && AllHaveIkSolutions(facts_, key_poses);
-    // What the program asks beyond the checker (room to spare) is given up only if it can't be had.
+    // Results that the checker accepts without the planner's own margins count only if there is none with
+    // them.
     const bool kept = KeepsRows(result);
     const double violation = !accepted ? kRejected + check.max_violation_m + check.max_violation_rad
                              : !kept   ? result.max_violation_m + result.max_violation_rad
                                        : 0;
-    if (!least_violation_ || violation < *least_violation_ ||
-        (violation == *least_violation_ && check.cost < report_.plan.cost)) {
+    if (IsBetter(violation, check.cost)) {
       least_violation_ = violation;
       ReportKeyPoses(facts_, actions_, steps_, result.x.poses, key_poses.ik_solutions, check, report_);
       report_.trace = result.trace;
@@ -312,7 +324,7 @@ class CandidateRun {
     return accepted && kept;
   }
 
-  /// What can't hold together: by the solver, and by the checker.
+  /// The constraints that conflict: by the solver, and by the checker.
   void NameBlocking(const KeyPoseProgram& key_poses, const nlp::Result& result, const CheckResult& check) {
     const auto name = [&](int step, const std::string& text) {
       blocking_steps_.insert(step);
@@ -336,8 +348,8 @@ class CandidateRun {
     report_.reason += LackOfRoom(report_.blocking);
   }
 
-  /// Of constraints that block each other, what there is no room beside; the worst violation may be another
-  /// one, since the optimiser shares it out: "; no room for the hand beside can and box".
+  /// What there is no room beside, from the conflicting constraints; the worst violation may be of another
+  /// one, since the optimiser spreads it: "; no room for the hand beside can and box".
   static std::string LackOfRoom(const std::vector<std::string>& blocking) {
     const std::string word = "clearance(";
     std::string of, beside;
@@ -360,9 +372,9 @@ class CandidateRun {
       report_.reason.clear();
       return;
     }
-    // That every way that was looked at fails by itself proves nothing: there are grasps and contacts that
-    // are not among them.
-    const bool refuted = (refuted_actions_ > 0 && proved_) || (all_refuted_ && exhausted_ && constant_proof_);
+    // That every mode assignment examined is refuted proves nothing: there are grasps and contacts that are
+    // not among them.
+    const bool refuted = (refuted_actions_ > 0 && proved_) || constant_proof_;
     report_.status = refuted ? CandidateStatus::kInfeasible : CandidateStatus::kGaveUp;
     if (refuted_actions_ == 0 && all_refuted_ && !refutations_.empty()) report_.reason = refutations_.front();
     if (limits_.Stopped()) report_.reason = "interrupted";
@@ -386,22 +398,21 @@ class CandidateRun {
   std::set<int> blocking_steps_;
   struct Failure {
     double violation;
-    ModeAssignment way;
+    ModeAssignment modes;
   };
   std::vector<Failure> failed_;
-  std::set<size_t> suspects_;  // So many first actions may be where it fails.
+  std::set<size_t> suspects_;  // Lengths of prefixes that may fail.
   double last_violation_ = 0;  // of the last solve
   size_t last_suspect_ = 0;    // of the last solve; 0: none
   std::shared_ptr<Optimum> optimum_;
   bool all_refuted_ = true;
-  bool exhausted_ = false;  // All ways were looked at.
   size_t refuted_actions_ = 0;
   bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
   std::vector<std::string> unmoved_;
 };
 
-/// How many first actions of a candidate that was given up fail already: those up to one that takes part in
-/// what blocks it, if they fail by themselves too; else all.
+/// The length of the shortest failing prefix of a candidate that was given up: up to an action among the
+/// conflicting constraints, if that prefix fails by itself too; else all actions.
 size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string>& actions,
                           const std::vector<BoundStep>& steps, const CandidateRun& run, int index,
                           const Limits& limits) {

@@ -21,8 +21,8 @@ using math::Pose;
 using std::numbers::pi;
 using ::testing::HasSubstr;
 
-/// An upright prism with an even number of sides, 3 to 6.5 cm across, some narrower one way or a little
-/// tapered, in an arbitrary frame, standing on the table's top.
+/// An upright prism with an even number of sides, 3 to 6.5 cm across, some narrower in one direction or a
+/// little tapered, in an arbitrary frame, standing on the table's top.
 scene::Object RandomPart(Random& random, double x, double y, double most_taper) {
   const int sides = 2 * (2 + random.Index(5));
   const double across = random.Uniform(0.03, 0.065), height = random.Uniform(0.03, 0.06);

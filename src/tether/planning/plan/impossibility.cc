@@ -8,7 +8,7 @@
 namespace tether::planning {
 namespace {
 
-/// What can be done with some actions left out.
+/// What is reachable with some actions left out.
 struct Reached {
   bool goal = false, all_seen = true;
   std::vector<bool> done;  // by action: it is applicable somewhere
@@ -61,7 +61,8 @@ bool NoSequenceIsLeft(const symbolic::Task& task, const std::optional<task::Temp
   for (const task::Conflict& conflict : conflicts) {
     if (fails(conflict)) left_out[static_cast<size_t>(conflict.prefix.back())] = true;
   }
-  // What fails only as long as nothing is moved comes back once something that moves it can be done.
+  // An action that fails only as long as nothing is moved is allowed again once an action that moves it is
+  // applicable.
   for (;;) {
     const Reached reached = Explore(product, left_out, most_states, limits);
     if (reached.goal || !reached.all_seen) return false;

@@ -11,8 +11,8 @@
 namespace tether::planning {
 
 /// Whether no sequence of actions, however long, reaches the goal of `task` (or the temporal `goal` in its
-/// place) once the actions are left out that `conflicts` prove to fail: those that do so anywhere, and those
-/// that do so unless one of others comes before, as long as none of these can. Looks at up to `most_states`
+/// place) without the actions that `conflicts` prove to fail: those that fail anywhere, and those that fail
+/// unless certain others come before, as long as none of these is applicable. Examines up to `most_states`
 /// states of the product; false where there are more, or a limit is reached.
 bool NoSequenceIsLeft(const symbolic::Task& task, const std::optional<task::TemporalGoal>& goal,
                       const std::vector<task::Conflict>& conflicts, size_t most_states, const Limits& limits);

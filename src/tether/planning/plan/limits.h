@@ -18,7 +18,7 @@ class Limits : public tether::Limits {
   }
 
   bool Stopped() const { return interruption_requested(); }
-  /// Seconds left: always more than nothing, so that it can be another's limit.
+  /// Seconds left: always above zero, so that it can be another's limit.
   double Remaining() const {
     return deadline ? std::max(1e-9, std::chrono::duration<double>(*deadline - Clock::now()).count()) : 1e9;
   }

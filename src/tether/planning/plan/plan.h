@@ -8,8 +8,7 @@
 
 namespace tether::planning {
 
-/// One key pose of a plan: `control` at X_TC in `target`, whatever the target does meanwhile. Names are
-/// bound.
+/// One key pose of a plan: `control` at X_TC in `target`, wherever the target moves. Names are bound.
 struct PlanStep {
   std::string action;    ///< "pick(hook)"
   int action_index = 0;  ///< Which of the plan's actions.
@@ -17,13 +16,13 @@ struct PlanStep {
   std::string target;    ///< A frame: an object, or "world".
   math::Pose X_TC;       ///< Pose of the control frame in the target frame.
   std::vector<Verb> execute;
-  /// The arm's joints, rad, in one configuration that has the hand there, as far as the plan knows: evidence
-  /// that it can be had, and where the controller's posture begins. Empty: not known.
+  /// An IK solution of the key pose, rad: it shows that the key pose is reachable, and starts the
+  /// controller's posture search. Empty: not known.
   Eigen::VectorXd q = {};
   /// Of a compound on which `control` is put down, the face that it stands on: "part 1 of shelf". Else empty.
   /// For people: the pose says it.
   std::string face = {};
-  bool target_is_region = false;  ///< Any pose in the region `target` will do; X_TC means nothing.
+  bool target_is_region = false;  ///< Any pose in the region `target` serves; X_TC is not used.
 };
 
 /// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker

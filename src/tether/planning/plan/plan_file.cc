@@ -59,7 +59,7 @@ Value WriteForm(const scene::RegionForm& form) {
   return WritePrimitive(std::get<geometry::Primitive>(form));
 }
 
-/// All that planning reads of an action, as a number: FNV-1a of its text.
+/// A hash of all that planning reads of an action: FNV-1a of its text.
 std::string Digest(const ActionSchema& action) {
   Value steps = Value::Array();
   for (const StepSchema& step : action.steps) {
@@ -150,7 +150,7 @@ class PlanParser {
   }
 
  private:
-  /// A key pose as the actions of a plan ask for it.
+  /// A key pose as the actions of a plan require it.
   struct Expected {
     std::string action;
     int action_index = 0;
@@ -158,7 +158,7 @@ class PlanParser {
     bool target_is_region = false;
   };
 
-  /// The key poses that `actions` ask for, in order.
+  /// The key poses that `actions` require, in order.
   std::vector<Expected> Expect(const Value* list, const std::vector<std::string>& actions) {
     std::vector<Expected> expected;
     for (size_t i = 0; i < actions.size(); ++i) {
@@ -204,13 +204,13 @@ class PlanParser {
           list.items()[i].where(),
           "key pose " + std::to_string(i + 1) + " is of '" + step.control + "' in '" + step.target +
               "', for " + step.action + " (action_index " + std::to_string(step.action_index) + ")",
-          "the plan's actions ask for '" + wanted.control + "' in '" + wanted.target + "', for " +
+          "the plan's actions require '" + wanted.control + "' in '" + wanted.target + "', for " +
               wanted.action + " (action_index " + std::to_string(wanted.action_index) + ")");
       return;
     }
     if (plan.steps.size() != expected.size()) {
       diagnostics_.Add(list.where(), "the plan has " + std::to_string(plan.steps.size()) + " key poses",
-                       "its actions ask for " + std::to_string(expected.size()));
+                       "its actions require " + std::to_string(expected.size()));
     }
   }
 
@@ -229,7 +229,7 @@ class PlanParser {
     step.target = ReadFrame(reader, step.target_is_region ? "region" : "target");
     if (step.target_is_region) {
       if (!step.target.empty() && scene_.FindRegion(step.target) == nullptr) {
-        diagnostics_.Add(value.Find("region")->where(), "'" + step.target + "' is no region",
+        diagnostics_.Add(value.Find("region")->where(), "'" + step.target + "' is not a region",
                          "a region, or 'target' with a pose");
       }
     } else {

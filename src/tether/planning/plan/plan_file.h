@@ -14,7 +14,7 @@ namespace tether::planning {
 /// The `format` of a plan file.
 inline constexpr const char* kPlanFormat = "tether.plan/1";
 
-/// What a plan file says of its origin, beside the plan.
+/// The origin of a plan, as its file gives it.
 struct PlanOrigin {
   std::string tether;  ///< Version and build that made it.
   uint64_t seed = 0;
@@ -34,7 +34,7 @@ Value WriteStep(const PlanStep& step, bool with_execution);
 Value WritePlan(const Plan& plan, const PlanOrigin& origin, const scene::Scene& scene,
                 const std::vector<ActionSchema>& actions);
 
-/// What can be known of a plan file without its scenario.
+/// Reads the origin of a plan file, for which its scenario is not needed.
 PlanOrigin ReadPlanOrigin(const Value& document);
 
 /// Reads a plan that is to be used with this scene and these actions. Mistakes go to `diagnostics` with their

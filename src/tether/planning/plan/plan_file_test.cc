@@ -185,9 +185,9 @@ TEST(PlanFileTest, KeyPosesAreThoseOfTheActions) {
   EXPECT_THAT(
       ErrorAfter([](Plan& plan) { std::swap(plan.actions[0], plan.actions[1]); }),
       HasSubstr("key pose 1 is of 'hand' in 'hook', for pick(hook) (action_index 0) (the plan's actions "
-                "ask for 'hook' in 'table', for place(hook,table) (action_index 0))"));
+                "require 'hook' in 'table', for place(hook,table) (action_index 0))"));
   EXPECT_THAT(ErrorAfter([](Plan& plan) { plan.steps.pop_back(); }),
-              HasSubstr("the plan has 1 key poses (its actions ask for 2)"));
+              HasSubstr("the plan has 1 key poses (its actions require 2)"));
   EXPECT_THAT(
       ErrorAfter([](Plan& plan) { plan.actions[0] = "pik(hook)"; }),
       HasSubstr(

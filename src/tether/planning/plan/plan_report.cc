@@ -1,6 +1,6 @@
 #include "tether/planning/plan/plan_report.h"
 
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 #include "tether/planning/plan/plan_file.h"
 
 namespace tether::planning {

@@ -19,7 +19,7 @@
 namespace tether::planning {
 namespace {
 
-// So many states are looked at after each proof, and when nothing was found.
+// The most states that are examined after each proof, and when nothing was found.
 constexpr size_t kFewStates = 2000;
 constexpr size_t kManyStates = 100'000;
 
@@ -29,21 +29,21 @@ std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vect
   return names;
 }
 
-// Where the plans that are wanted are there, so many sequences in a row may be passed over that are none of
-// the candidates.
-constexpr int kMostPassedOver = 1000;
-// A plan that costs less by no more than this share is not called better.
+// Once the wanted plans are found, the most sequences in a row that may be skipped before planning ends.
+constexpr int kMostSkipped = 1000;
+// A plan that is cheaper by no more than this share does not count as better.
 constexpr double kBetter = 1e-6;
-// So many orders of independent actions are looked at for one that is shorter, by a lower bound on its cost
-// that is at most this share of the first one's.
+// The most orders of independent actions that are compared, and the share of the first one's lower cost bound
+// below which another counts as shorter.
 constexpr int kMostOrders = 300;
 constexpr double kMuchShorter = 0.98;
 
-/// The outer loop: sequences come from the task search in its order. Each waits for those of its parts that
-/// reach the goal by themselves: if one of them is feasible, the rest is of no use, and the sequence is
-/// passed over. So are other orders of what is feasible. The others are candidates; they are dealt with one
-/// after another, each by what came of those before it. What other threads begin ahead is taken over only if
-/// its turn comes, so that the number of threads changes nothing but the time.
+/// The outer loop: sequences come from the task search in its order. Each waits for those of its subsequences
+/// that reach the goal by themselves: if one of them is feasible, the other actions are needless, and the
+/// sequence is skipped. So are other orders of feasible sequences. The rest are candidates; they are
+/// optimised one after another, each with what was learned of those before it. Results of other threads that
+/// started ahead are used only when their turn comes, so that the number of threads changes nothing but the
+/// time.
 class Planner {
  public:
   Planner(const Problem& problem, const symbolic::Task& task, const CandidateCallback& on_candidate)
@@ -73,11 +73,11 @@ class Planner {
       std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
-      DealWithAll(std::move(batch));
+      TryAll(std::move(batch));
     }
   }
 
-  /// A sequence, and what is known of it before its turn.
+  /// A sequence that waits for its turn.
   struct Candidate {
     std::vector<int> actions;
     int index = 0;                      // in the order of finding
@@ -85,23 +85,23 @@ class Planner {
   };
   enum class Fate {
     kFeasible,
-    kFailed,      // refuted or given up
-    kPassedOver,  // not tried: what makes it needless is feasible or costs less
+    kFailed,   // refuted or given up
+    kSkipped,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
   };
 
   bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
-  /// The plans that are wanted are there.
+  /// The wanted plans are found.
   bool Enough() const { return !AllWanted() && costs_.size() >= Wanted(); }
   /// As many plans as are wanted cost no more than `bound`.
   bool EnoughWithout(double bound) const { return Enough() && costs_[Wanted() - 1] <= bound; }
-  /// Plans come best first, or any one will do.
+  /// Plans come best first, or any one serves.
   bool FirstIsEnough() const {
     const bool any = problem_.search.method == SearchMethod::kGreedy && !problem_.search.max_plans;
     return (problem_.search.cheapest_only || any) && Enough();
   }
-  /// So many candidates are dealt with even if none improves on what there is.
+  /// The number of candidates that are tried even if none improves on the best.
   double LastToTry() const {
     return std::max<double>(problem_.search.min_candidates,
                             problem_.search.patience * static_cast<double>(last_improvement_));
@@ -126,7 +126,7 @@ class Planner {
     }
   }
 
-  void DealWithAll(std::vector<std::vector<int>> batch) {
+  void TryAll(std::vector<std::vector<int>> batch) {
     std::vector<Candidate> candidates;
     for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
     const size_t window = static_cast<size_t>(problem_.search.threads);
@@ -138,7 +138,7 @@ class Planner {
         next.verdict =
             std::async(std::launch::async, [this, &next] { return Optimize(next.actions, next.index); });
       }
-      DealWith(candidates[i]);
+      Try(candidates[i]);
     }
   }
 
@@ -153,19 +153,19 @@ class Planner {
     return !IsOtherOrder(actions);
   }
 
-  /// A part that may be a plan: not ruled out, nor one that the search leaves out.
+  /// A subsequence that may be a plan: not ruled out, nor left out by the search.
   bool Counts(const Subsequence& part) const {
     return !Refuted(part.actions) && (!part.revisits || source_.BringsReturn(part.actions));
   }
 
-  /// Some part of it may do without the rest. Parts that did not come yet are dealt with first.
-  bool HasPlanAsPart(const Candidate& candidate) {
+  /// Some subsequence of it may be a plan. Subsequences that were not tried yet are tried first.
+  bool HasSubsequencePlan(const Candidate& candidate) {
     for (Subsequence& part : subsequences_.Find(candidate.actions)) {
       if (!Counts(part)) continue;
       if (!fates_.contains(part.actions)) {
         source_.Exclude(part.actions);
         Candidate first{part.actions, candidate.index};
-        DealWith(first);
+        Try(first);
         if (HasEnded()) return true;
       }
       const auto fate = fates_.find(part.actions);
@@ -174,7 +174,7 @@ class Planner {
     return false;
   }
 
-  /// A feasible plan does the same in another order, as far as the symbols know.
+  /// A feasible plan has the same actions in another order, equivalent by the symbols.
   bool IsOtherOrder(const std::vector<int>& actions) {
     if (AllWanted() || feasible_orders_.empty()) return false;
     std::vector<int> sorted = actions;
@@ -184,71 +184,71 @@ class Planner {
            same_actions->second.contains(subsequences_.NormalOrder(actions));
   }
 
-  void DealWith(Candidate& candidate, bool in_any_order = false) {
+  void Try(Candidate& candidate, bool in_any_order = false) {
     const std::vector<int>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
-    const bool needless = HasPlanAsPart(candidate);
+    const bool needless = HasSubsequencePlan(candidate);
     if (HasEnded()) return;
     if (needless || (!in_any_order && IsOtherOrder(actions))) {
-      PassOver(actions, needless);
+      Skip(actions, needless);
       return;
     }
     if (Enough() && static_cast<double>(report_.candidates.size()) >= LastToTry()) {
       ended_ = true;
       return;
     }
-    passed_over_ = 0;
+    skipped_ = 0;
     double bound = 0;
     if (problem_.search.max_plans.value_or(0) > 0 && !problem_.search.cheapest_only) bound = BoundOf(actions);
     // It can't be among the best.
     if (EnoughWithout(bound)) {
-      fates_[actions] = Fate::kPassedOver;
+      fates_[actions] = Fate::kSkipped;
       Prune(actions, bound);
       return;
     }
     Verdict verdict =
         candidate.verdict.valid() ? candidate.verdict.get() : Optimize(actions, candidate.index);
-    Take(actions, bound, std::move(verdict));
-    // The order matters where another one seems to be shorter.
+    Record(actions, bound, std::move(verdict));
+    // The order is tried nevertheless where it seems to be shorter.
     if (in_any_order || AllWanted() || problem_.search.cheapest_only || FirstIsEnough() ||
         fates_.at(actions) != Fate::kFeasible)
       return;
     Candidate shorter{ShorterOrder(actions), candidate.index};
     if (shorter.actions.empty() || fates_.contains(shorter.actions)) return;
     source_.Exclude(shorter.actions);
-    DealWith(shorter, true);
+    Try(shorter, true);
   }
 
   double BoundOf(const std::vector<int>& actions) const {
     return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
   }
 
-  /// The same in an order whose cost has a lower bound that is less by far, found step by step; empty if
-  /// there is none.
+  /// An order of the same actions whose lower cost bound is much less, found step by step; empty if there is
+  /// none.
   std::vector<int> ShorterOrder(const std::vector<int>& actions) {
     std::vector<int> best = actions;
     std::vector<std::vector<int>> others = subsequences_.Exchanged(best);
     if (others.empty()) return {};
     const double first = BoundOf(actions);
     double least = first;
-    size_t in_vain = 0;
-    for (int at = 0; at < kMostOrders && in_vain < others.size() && !limits_.Over(); ++at) {
+    size_t without_gain = 0;
+    for (int at = 0; at < kMostOrders && without_gain < others.size() && !limits_.Over(); ++at) {
       std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
       const double bound = BoundOf(other);
-      ++in_vain;
+      ++without_gain;
       if (bound >= least * (1 - kBetter)) continue;
       least = bound;
       best = std::move(other);
       others = subsequences_.Exchanged(best);
-      in_vain = 0;
+      without_gain = 0;
     }
     return least < kMuchShorter * first ? best : std::vector<int>();
   }
 
-  void PassOver(const std::vector<int>& actions, bool needless) {
-    fates_[actions] = Fate::kPassedOver;
+  void Skip(const std::vector<int>& actions, bool needless) {
+    fates_[actions] = Fate::kSkipped;
     ++(needless ? report_.needless : report_.other_orders);
-    if (Enough() && ++passed_over_ >= kMostPassedOver) ended_ = true;
+    if (Enough() && ++skipped_ >= kMostSkipped) ended_ = true;
   }
 
   /// Keeps the costs in order.
@@ -274,10 +274,10 @@ class Planner {
     report_.candidates.push_back(std::move(pruned));
   }
 
-  void Take(const std::vector<int>& actions, double bound, Verdict verdict) {
+  void Record(const std::vector<int>& actions, double bound, Verdict verdict) {
     CandidateReport& report = verdict.report;
     report.bound = bound;
-    // Where no poses are to be compared, plans cost what their actions do.
+    // Where the cost of key poses does not count, a plan's cost is that of its actions.
     if (problem_.search.cheapest_only) report.bound = report.plan.cost = CostOf(actions);
     fates_[actions] = report.feasible() ? Fate::kFeasible : Fate::kFailed;
     if (report.feasible()) AddPlan(actions, report.plan.cost);
@@ -342,31 +342,31 @@ class Planner {
   const CandidateCallback& on_candidate_;
   const Limits limits_;
   const LimitsScope scope_;
-  std::optional<Limit> reached_;  // What ended the search from within.
+  std::optional<Limit> reached_;  // The limit that ended the search.
   const SceneFacts facts_;
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
-  std::map<std::vector<int>, Fate> fates_;  // of all sequences that had their turn and were not ruled out
+  std::map<std::vector<int>, Fate> fates_;  // of all sequences that were tried or skipped, and not ruled out
   std::vector<double> costs_;               // of the feasible ones, ascending
   std::map<std::vector<int>, std::set<std::vector<int>>> feasible_orders_;  // normal ones, by sorted actions
   size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
-  int passed_over_ = 0;          // since the last candidate
-  bool ended_ = false;           // Other candidates may be left.
+  int skipped_ = 0;              // since the last candidate
+  bool ended_ = false;           // Planning ended while other candidates may be left.
   std::vector<task::Conflict> conflicts_;
-  bool impossible_ = false;  // What is proved rules out every sequence.
+  bool impossible_ = false;  // The proofs rule out every sequence.
   std::vector<std::vector<std::string>>
-      moved_by_;  // The frames that each ground action moves; filled when asked for.
+      moved_by_;  // The frames that each ground action moves; filled on demand.
   PlanReport report_;
 };
 
-/// Of a planning that found plans: what was left out, and what to ask for to have it.
+/// After planning that found plans: what was left out, and which option includes it.
 std::string Planner::WhyIncomplete() const {
   const std::string all = "max_plans: 0 (--max-plans 0) tries them all";
   if (const auto limit = limits_.Reached()) return std::string(task::Describe(task::StatusOf(*limit)));
   if (FirstIsEnough()) return "a greedy search takes the first plan; others may cost less: " + all;
-  if (ended_ && passed_over_ >= kMostPassedOver)
-    return "the last " + std::to_string(kMostPassedOver) +
+  if (ended_ && skipped_ >= kMostSkipped)
+    return "the last " + std::to_string(kMostSkipped) +
            " sequences of actions do no more than a plan that was found, or the same in another order, and "
            "planning ended there; " +
            all;
@@ -388,7 +388,7 @@ void Planner::Conclude() {
   report_.total_s = limits_.Elapsed();
   report_.optimize_s = report_.total_s - report_.search_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
-  // What a limit on the length cut short may be no sequence at all.
+  // A limit on the length may have left no sequence at all.
   impossible_ = impossible_ || (costs_.empty() && !all_seen && !limit &&
                                 NoSequenceIsLeft(task_, problem_.goal, conflicts_, kManyStates, limits_));
   const bool greedy = problem_.search.method == SearchMethod::kGreedy;
@@ -411,7 +411,7 @@ void Planner::Conclude() {
     } else if (report_.candidates.empty()) {
       report_.message = "no sequence of actions reaches the goal";
     } else {
-      // The proof that closed the last way, or with all of them the first.
+      // The reason of the proof that excluded the last sequences, or else the first one.
       const auto lasting = std::find_if(conflicts_.rbegin(), conflicts_.rend(), [](const task::Conflict& c) {
         return c.kind == task::Conflict::Kind::kProved && (c.anywhere || !c.unless.empty());
       });

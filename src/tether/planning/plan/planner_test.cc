@@ -93,7 +93,7 @@ TEST(PlannerTest, StopsWhenAsked) {
   EXPECT_FALSE(report.complete);
 }
 
-/// A feasible plan of the shortest kind, for the checker to find fault with.
+/// A feasible plan with few steps, to be spoiled for the checker.
 class CheckerLawTest : public ::testing::Test {
  protected:
   CheckerLawTest() : problem_(LimitedReachProblem()) {

@@ -23,11 +23,11 @@ struct ActingRobot {
   std::string name;
   std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
   math::Pose X_WBase;
-  math::Pose X_WHand;  ///< Where the hand is at the start.
+  math::Pose X_WHand;  ///< The hand's pose at the start.
   Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
 };
 
-/// How much each part of the objective weighs: α and β of paper A, eq. (4).
+/// Weights of the objective's parts: α and β of paper A, eq. (4).
 struct Weights {
   double translation = 0.5;  ///< 1/m² of squared distances, 1/m of lengths.
   double rotation = 1.5;     ///< 1/rad² of squared angles, 1/rad of angles.
@@ -35,7 +35,7 @@ struct Weights {
 
 /// What is summed over the moves of the hand from one key pose to the next.
 enum class Objective {
-  kSquares,  ///< Squared distances and angles, paper A, eq. (4): a stop on the way lowers the sum.
+  kSquares,  ///< Squared distances and angles, paper A, eq. (4): a stop in between lowers the sum.
   kLength,   ///< Distances and angles: a stop never lowers the sum.
 };
 
@@ -46,15 +46,15 @@ struct ProgramOptions {
   bool home = true;                 ///< The hand returns to its start at the end.
   double hand_clearance = 0.002;    ///< Between the open hand and everything else, m.
   double object_clearance = 0.015;  ///< Between carried objects and everything else, where there is room, m.
-  double feasible_m = 1e-3;         ///< What the checker lets pass, m …
+  double feasible_m = 1e-3;         ///< The checker's tolerances, m …
   double feasible_rad = 5e-3;       ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
-  nlp::Options solver;  ///< But for max_iterations: see below.
-  /// Of one solve, in the backend's own unit; none: what the backend needs (EffortOf).
+  nlp::Options solver;  ///< Except max_iterations: see below.
+  /// Iterations of one solve, in the backend's own unit; none: as the backend needs (EffortOf).
   std::optional<int> max_iterations;
-  int max_variants = 40;  ///< Discrete ways (grasps, contacts) tried per candidate.
-  int starts = 3;  ///< Starts per way, the first from the scene; the others, if no way is accepted from
-                   ///< there, displaced at random, the last with less clearance.
+  int max_variants = 40;  ///< Mode assignments (grasps, contacts, …) tried per candidate.
+  int starts = 3;  ///< Starts per mode assignment: the first from the scene; the others, if none is accepted
+                   ///< from there, displaced at random, the last with less clearance.
 };
 
 /// How candidates are searched for. All but kGreedy bring them in the order of their cost.
@@ -69,24 +69,24 @@ enum class SearchMethod {
 struct SearchOptions {
   SearchMethod method = SearchMethod::kAstar;
   int max_actions = 0;  ///< 0: no limit.
-  /// Only the best so many are wanted; 0: every candidate. None: the best one, and the others that were met
-  /// on the way to it.
+  /// The number of best plans wanted; 0: every candidate. None: the best one, with the candidates met until
+  /// it was found.
   std::optional<int> max_plans;
   /// Unless every candidate is wanted, planning ends after candidate max(min_candidates, patience · k), where
-  /// the k-th was the last that improved on the plans that are wanted; not before these are there.
+  /// the k-th was the last that improved the wanted plans; not before these are found.
   int min_candidates = 16;
   double patience = 2;
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
-  /// Key poses cost nothing, or what they cost does not matter: the cheapest action sequence that is feasible
-  /// is best, and sequences are dealt with one by one.
+  /// The cost of key poses does not count: the cheapest feasible action sequence is best, and sequences are
+  /// tried one by one.
   bool cheapest_only = false;
   int threads = 1;
   uint64_t seed = 1;
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Everything that planning works from. Immutable while planning.
+/// The input of planning. Immutable while planning.
 struct Problem {
   std::string title;
   scene::Scene scene;
@@ -98,7 +98,7 @@ struct Problem {
   SearchOptions search;
 };
 
-/// Called once per candidate, in order, as soon as it has been dealt with.
+/// Called once per candidate, in order, as soon as its outcome is known.
 using CandidateCallback = std::function<void(const CandidateReport&)>;
 
 /// Enumerates candidates for `task`, optimises each over its key poses, judges each with the independent

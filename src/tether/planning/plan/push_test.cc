@@ -10,7 +10,7 @@
 #include "tether/planning/plan/problem.h"
 #include "tether/symbolic/pddl/pddl.h"
 
-/// How far beside the normal a push may go: half the friction angle (ERRATA A13) for the checker, half of
+/// The largest angle of a push to the normal: half the friction angle (ERRATA A13) for the checker, half of
 /// that for the planner.
 namespace tether::planning {
 namespace {

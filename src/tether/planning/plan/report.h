@@ -8,11 +8,11 @@
 
 namespace tether::planning {
 
-/// What became of one candidate action sequence.
+/// The outcome of one candidate action sequence.
 enum class CandidateStatus {
   kFeasible,    ///< Optimised, and accepted by the independent checker.
   kInfeasible,  ///< Proved to be impossible geometrically.
-  kGaveUp,      ///< The optimiser found no feasible key poses; that proves nothing.
+  kGaveUp,      ///< The optimiser found no feasible key poses, without a proof.
   kPruned,      ///< Not optimised, because it cannot beat what was found.
 };
 /// "feasible", "infeasible", "gave_up" or "pruned", as in the JSON report.
@@ -27,8 +27,8 @@ struct CandidateReport {
   double optimize_s = 0;                    ///< s
   int evaluations = 0;                      ///< Of the whole program.
   std::string reason;                       ///< Why it is not feasible, in words; empty if it is.
-  double bound = 0;                         ///< No key poses cost less; 0 where it was not asked for.
-  std::vector<std::string> blocking;        ///< Where none were found: the constraints that block each other.
+  double bound = 0;                         ///< A lower bound on its cost; 0 where it was not computed.
+  std::vector<std::string> blocking;        ///< Where no key poses were found: the constraints that conflict.
   std::vector<nlp::IterationRecord> trace;  ///< Per iteration, if it was asked for.
 
   bool feasible() const { return status == CandidateStatus::kFeasible; }
@@ -45,10 +45,10 @@ enum class PlanStatus {
 /// "not_called", "solved", "impossible", "gave_up" or "interrupted".
 std::string ToString(PlanStatus status);
 
-/// Everything that planning found out. Candidates in the order in which they were found.
+/// The result of planning. Candidates in the order in which they were found.
 struct PlanReport {
   PlanStatus status = PlanStatus::kNotCalled;
-  bool complete = false;  ///< Nothing was left out: every candidate within `max_actions` is here.
+  bool complete = false;  ///< Every candidate within `max_actions` is here.
   std::string message;    ///< Why it ended without a plan, or what was left out; may be empty.
   std::vector<CandidateReport> candidates;
   int needless = 0;      ///< Sequences not tried because a part of them is a plan by itself.

@@ -10,7 +10,7 @@
 namespace tether::planning {
 namespace {
 
-/// Costs nothing, and notes how much was allocated whenever the program is evaluated.
+/// A residual of zero that records the allocations at each evaluation of the program.
 class Probe final : public nlp::Residual {
  public:
   explicit Probe(std::vector<long>& counts)

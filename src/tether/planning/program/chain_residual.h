@@ -19,7 +19,7 @@ namespace tether::planning {
 /// depends on no more variables than it must.
 class FrameChains {
  public:
-  /// No function takes more frames than this.
+  /// The most frames of a function.
   static constexpr size_t kMostFrames = 8;
 
   explicit FrameChains(std::vector<Chain> chains);

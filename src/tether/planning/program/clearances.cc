@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/limits.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::planning {
@@ -9,7 +10,7 @@ namespace {
 
 using constraints::kHand;
 
-/// `exemptions` are those of one step.
+/// `exemptions` are those of one step that name one of the two.
 bool IsExempt(const std::vector<Exemption>& exemptions, const std::string& a, int part_a,
               const std::string& b, int part_b) {
   for (const Exemption& e : exemptions) {
@@ -36,14 +37,18 @@ Clearances::Clearances(const SceneFacts& facts, const std::vector<BoundStep>& st
   const ProgramOptions& options = facts.problem().program;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
     const std::vector<bool> moved = MovedSolids(facts, tree, steps[static_cast<size_t>(t)].schema.control, t);
-    std::vector<Exemption> exempt;
-    for (const Exemption& exemption : exemptions) {
-      if (exemption.step == t) exempt.push_back(exemption);
-    }
     for (size_t a = 0; a < names.size(); ++a) {
+      PollLimits();
+      if (!moved[a]) continue;
+      std::vector<Exemption> exempt;
+      for (const Exemption& exemption : exemptions) {
+        if (exemption.step == t && (exemption.a == names[a] || exemption.b == names[a]))
+          exempt.push_back(exemption);
+      }
+      const bool near = tight || names[a] == kHand;
       for (size_t b = 0; b < names.size(); ++b) {
-        if (!moved[a] || moved[b]) continue;
-        const bool hand = tight || names[a] == kHand || names[b] == kHand;
+        if (moved[b]) continue;
+        const bool hand = near || names[b] == kHand;
         const double clearance = hand ? options.hand_clearance : options.object_clearance;
         for (int i = 0; i < static_cast<int>(solids_[a].shape->parts.size()); ++i) {
           for (int j = 0; j < static_cast<int>(solids_[b].shape->parts.size()); ++j) {

@@ -10,19 +10,18 @@
 
 namespace tether::planning {
 
-/// A pair that touches on purpose at a step. With `part_a` ≥ 0 only that part of `a`.
+/// A pair whose contact a step intends. With `part_a` ≥ 0 only that part of `a`.
 struct Exemption {
   int step;
   std::string a, b;
   int part_a;
 };
 
-/// Of SceneFacts::solids(), those that move at a step: the control frame, everything that hangs on it, and
-/// the hand.
+/// Which of SceneFacts::solids() move at a step: the control frame, everything attached to it, and the hand.
 std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, const std::string& control,
                               int step);
 
-/// Two convex parts that have to keep apart at a step: `a` is of what moves, `b` of the rest.
+/// Two convex parts with a clearance at a step: `a` moves, `b` does not.
 struct ClearancePair {
   int step;
   int solid_a, solid_b;  ///< In SceneFacts::solids().
@@ -31,19 +30,19 @@ struct ClearancePair {
   bool taken;        ///< A program has a row for it.
 };
 
-/// All pairs of parts that have to keep apart in a skeleton, of which a program needs only those that come
-/// near each other: the others are looked at again when it is solved.
+/// All pairs of parts with a clearance in a skeleton. A program needs rows only for those that come near each
+/// other; the others are checked when it is solved.
 class Clearances {
  public:
   /// With `tight`, carried objects keep only the hand's clearance.
   Clearances(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
              const std::vector<Exemption>& exemptions, bool tight);
 
-  /// Takes the pairs that come within `radius` of their clearance at these poses, by their bounding boxes,
-  /// and were not taken before. `poses` are the steps' variables.
+  /// The pairs that come within `radius` (m) of their clearance at these poses, by their bounding boxes, and
+  /// were not returned before; marks them as taken. `poses` are the steps' variables.
   std::vector<ClearancePair> TakeNear(const FrameTree& tree, const std::vector<math::Pose>& poses,
                                       double radius);
-  /// Some pair that was not taken is nearer than its clearance, by more than `tolerance`.
+  /// Some pair that is not taken is nearer than its clearance, by more than `tolerance`, m.
   bool AnyViolated(const FrameTree& tree, const std::vector<math::Pose>& poses, double tolerance);
 
  private:

@@ -3,7 +3,7 @@
 namespace tether::planning {
 namespace {
 
-// The native solver rarely comes to rest where it could go on; of the others every second start may.
+// The native solver rarely ends short of a local minimum; the others do so from up to every second start.
 constexpr int kMoreStarts = 3;
 
 }  // namespace

@@ -18,14 +18,13 @@ FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand) {
   for (const scene::Robot& robot : scene.robots) add(robot.name);
   add(constraints::kHand);
 
-  std::vector<Node> start(names_.size());
-  const auto hang = [&](const std::string& name, const std::string& parent) {
-    start[static_cast<size_t>(IndexOf(name))] = {IndexOf(parent), -1};
-  };
-  for (const scene::Object& object : scene.objects) hang(object.name, object.parent);
-  for (const scene::Region& region : scene.regions) hang(region.name, region.parent);
-  for (const scene::Robot& robot : scene.robots) hang(robot.name, robot.parent);
-  hang(constraints::kHand, scene::kWorld);
+  // In the order in which they were added.
+  std::vector<Node> start{Node()};
+  const auto hang = [&](const std::string& parent) { start.push_back({IndexOf(parent), -1}); };
+  for (const scene::Object& object : scene.objects) hang(object.parent);
+  for (const scene::Region& region : scene.regions) hang(region.parent);
+  for (const scene::Robot& robot : scene.robots) hang(robot.parent);
+  hang(scene::kWorld);
   states_.push_back(std::move(start));
   MoveTo(scene, X_WHand);
 }
@@ -128,7 +127,7 @@ void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables,
   std::vector<char> done(nodes.size(), 0);
   std::vector<size_t> waiting;
   for (size_t start = 0; start < nodes.size(); ++start) {
-    // Up to a frame that is known, and back down.
+    // Up to a frame whose pose is known, and back down.
     for (size_t i = start; done[i] == 0; i = static_cast<size_t>(nodes[i].parent)) {
       waiting.push_back(i);
       if (nodes[i].parent < 0) break;

@@ -19,8 +19,8 @@ struct ChainLink {
 };
 using Chain = std::vector<ChainLink>;
 
-/// The kinematic tree as it changes along a skeleton: step t hangs the frame that it controls onto its
-/// target, and the variable of the step is the pose between the two. Paper A, eqs. (5), (18), (19).
+/// The kinematic tree as it changes along a skeleton: step t attaches its control frame to its target frame,
+/// and the variable of the step is the pose between the two. Paper A, eqs. (5), (18), (19).
 class FrameTree {
  public:
   /// The tree at the start: the scene's frames, and the hand at `X_WHand`.
@@ -29,24 +29,23 @@ class FrameTree {
   bool Has(const std::string& frame) const { return index_.contains(frame); }
   int num_steps() const { return static_cast<int>(states_.size()) - 1; }
 
-  /// Moves everything to where it is in `scene`, which has the same frames, with the same parents, and the
+  /// Sets the initial poses to those of `scene`, which has the same frames with the same parents, and of the
   /// hand. Steps and chains stay as they are; the parameters change.
   void MoveTo(const scene::Scene& scene, const math::Pose& X_WHand);
 
-  /// Adds the next step. False, and nothing changes, if `target` itself hangs on `control`.
+  /// Adds the next step. False, and nothing changes, if `target` is attached to `control`, directly or not.
   bool AddStep(const std::string& control, const std::string& target);
 
   /// Parent of a frame after a step; −1 is the start. Empty for the world.
   std::string ParentAt(const std::string& frame, int step) const;
   /// The last step up to `step` that moved the frame in its parent, or −1. Paper A, eq. (19).
   int LastMoved(const std::string& frame, int step) const;
-  /// `ancestor` is the frame itself or hangs below it nowhere: true if `frame` hangs on `ancestor`, directly
-  /// or not.
+  /// True if `frame` is `ancestor` or attached to it, directly or not, after a step.
   bool HangsOn(const std::string& frame, const std::string& ancestor, int step) const;
-  /// Links from the world to the frame after a step; neighbouring links that are given are one. Kept for the
-  /// next time, so not to be called from several threads at once.
+  /// Links from the world to the frame after a step; neighbouring given links are merged. Cached, so not to
+  /// be called from several threads at once.
   const Chain& ChainTo(const std::string& frame, int step) const;
-  /// The poses that the links of chains which were asked for so far are given.
+  /// The poses of the given links of all chains that ChainTo() returned so far.
   const std::vector<math::Pose>& parameters() const { return parameters_; }
 
   /// Pose in the world after a step, for given values of the steps' variables (those beyond `step` are not

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What was taken from the heap since it was made, per iteration of the benchmark.
+/// Heap allocations since its construction, per iteration of the benchmark.
 class HeapWatch {
  public:
   void Report(benchmark::State& state) const {
@@ -121,7 +121,7 @@ void BM_BindSkeleton(benchmark::State& state) {
 }
 BENCHMARK(BM_BindSkeleton)->Apply(Problems);
 
-/// Another program of a problem that has had one before: what is known of the scene is kept.
+/// A second program of the same problem: the scene's memo is filled.
 void BM_BuildProgram(benchmark::State& state) {
   const Example example(static_cast<int>(state.range(0)));
   Describe(example, state);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tether/common/limits.h"
 #include "tether/constraints/core/path_length.h"
 #include "tether/planning/program/chain_residual.h"
 
@@ -21,11 +22,12 @@ constexpr double kClearanceTolerance = 1e-5;
 /// Turns the rows of constraints into residuals of the program.
 class ProgramSink final : public constraints::RowSink {
  public:
-  /// Without `rows`, only refutations are taken.
+  /// Without `rows`, only refutations are recorded.
   ProgramSink(KeyPoseProgram& target, std::vector<Exemption>& exemptions, bool rows = true)
       : target_(target), exemptions_(exemptions), rows_(rows) {}
 
   void BeginStep(int step, const std::string& action, int action_index = -1) {
+    PollLimits();
     step_ = step;
     action_ = action;
     action_index_ = action_index;
@@ -48,15 +50,15 @@ class ProgramSink final : public constraints::RowSink {
   }
   void Refute(const std::string& reason) override { Fail(reason, true, true); }
   void Decline(const std::string& reason) override { Fail("not modelled: " + reason, false, true); }
-  /// Whatever the variant, but perhaps not after other actions.
+  /// Refuted whatever the variant, but perhaps not after other actions.
   void RefuteHere(const std::string& reason) { Fail(reason, true, false); }
-  /// Rows from now on are margins of the planner's own, which prove nothing.
+  /// Rows from now on are the planner's own margins, which prove nothing.
   void BeginMargins() { margins_ = true; }
 
  private:
   void Fail(const std::string& reason, bool proved, bool anywhere) {
     NoteRefutation(reason);
-    // A proof counts more than what comes before it.
+    // A proof replaces an earlier reason that is none.
     if (target_.refuted_action >= 0 && (target_.refuted_proved || !proved)) return;
     target_.refuted_action = action_index_;
     target_.refuted_reason = action_ + ": " + reason;
@@ -70,7 +72,7 @@ class ProgramSink final : public constraints::RowSink {
     if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
   }
 
-  /// A row without variables either holds or can't be made to.
+  /// A row without variables either holds or is a refutation.
   void RefuteIfViolated(const nlp::Residual& residual, Role role, const std::string& label) {
     if (role == Role::kCost) return;
     Eigen::VectorXd r(residual.size());
@@ -82,8 +84,7 @@ class ProgramSink final : public constraints::RowSink {
     const char* unit = residual.unit() == nlp::Unit::kRadian ? "rad" : "m";
     char text[48];
     std::snprintf(text, sizeof text, " is off by %.3f %s, and nothing moves there", violation, unit);
-    target_.constant_proof =
-        (target_.refutations.empty() || target_.constant_proof) && target_.choices.empty() && !margins_;
+    target_.constant_proof = target_.constant_proof || (target_.choices.empty() && !margins_);
     NoteRefutation(label + text);
   }
 
@@ -184,7 +185,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     const Pose X_TC =
         math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
     if (!out.tree.AddStep(control, target)) {
-      sink.RefuteHere(target + " hangs on " + control + " and can't carry it");
+      sink.RefuteHere(target + " is attached to " + control + " and can't carry it");
       return out;
     }
     out.program.AddPose(step.action + ": " + control + " in " + target);

@@ -21,44 +21,45 @@ namespace tether::planning {
 struct JointBlock {
   int step;
   int vector;  ///< Index of the block.
-  bool far;    ///< Of the far end of a straight way from or to the step's key pose.
+  bool far;    ///< Of the far end of the step's approach or retreat.
   /// Pairs that have a row: solid and part of the arm; then, of the scene or of the arm, solid and part.
   std::set<std::array<int, 5>> rows;
 };
 
-/// The program of one candidate in one variant (a way to make its discrete choices).
+/// The program of one candidate in one variant (a mode assignment).
 struct KeyPoseProgram {
   FrameTree tree;
   nlp::Program program;
   nlp::Point guess;                  ///< One pose per step: of its control frame in its target.
   std::vector<ChoicePoint> choices;  ///< In the order in which they were met.
-  /// Why there is no use in looking for poses in this variant; empty if there is.
+  /// Why no poses are looked for in this variant; empty if they are.
   std::vector<std::string> refutations;
   /// The action that fails whatever the variant; −1: none.
   int refuted_action = -1;
-  /// Of that action: why, whether that is a proof (else it is beyond the model), and whether it fails
+  /// Of that action: why it fails, whether that is a proof (else it is not modelled), and whether it fails
   /// whatever comes before it.
   std::string refuted_reason = {};
   bool refuted_proved = false, refuted_anywhere = false;
-  /// Every refutation is a row that the poses of the start break, and no choice bears on it.
+  /// A row is broken by the poses of the start before any choice is met: every mode assignment breaks it.
   bool constant_proof = false;
   std::optional<Clearances> clearances;  ///< Of the program; none if it has no rows.
-  /// Of the arm, per key pose, at the poses that the program was last solved for; empty without an arm.
+  /// Per key pose, at the poses of the last solve; empty without an arm.
   std::vector<IkSolution> ik_solutions = {};
-  /// Where key poses alone did not lead to witnesses: the steps whose joints are variables of the program.
+  /// Where optimising the poses alone left a key pose without an IK solution: the steps whose joints are
+  /// variables of the program.
   std::vector<JointBlock> joints = {};
 };
 
-/// Which way to take at each choice, by its key; the best one where a key is missing.
+/// The option of each choice, by its key; the best one where a key is missing.
 using Variant = std::map<std::string, int>;
 
-/// Pairs of parts within this of their clearance come near enough to get a row at once, m.
+/// Pairs of parts within this of their clearance get a row at once, m.
 inline constexpr double kNear = 0.05;
 
 /// How the start of a program differs from the plain one.
 struct ProgramStart {
   double noise = 0;    ///< Random displacement of the guess: 1 is about 12 cm and 0.2 rad.
-  bool tight = false;  ///< Carried objects need to keep only the hand's clearance.
+  bool tight = false;  ///< Carried objects keep only the hand's clearance.
   Random random{0};    ///< What the displacement is drawn from.
   std::vector<math::Pose> beginning = {};  ///< Key poses of so many first steps, in place of guesses.
   /// Key poses of some steps, by their index, in place of guesses.

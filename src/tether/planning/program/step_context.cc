@@ -11,6 +11,8 @@ namespace {
 
 // An object whose face is within this of level stands on that face, rad.
 constexpr double kNearlyLevel = 0.15;
+// Of what is thinner, faces are looked at as those of any shape, m.
+constexpr double kThinnest = 1e-3;
 // The hand of a planner without a robot: two fingers of common size.
 constexpr double kFingerRadius = 0.01;
 constexpr double kFingerLength = 0.06;
@@ -18,6 +20,17 @@ constexpr double kFingerSpread = 0.1;
 
 Eigen::Vector3d FindDownFace(const geometry::Shape& shape, const math::Pose& X_WO) {
   const Eigen::Vector3d down = X_WO.R.transpose() * -Eigen::Vector3d::UnitZ();
+  // A box rests on each of its sides. Scenes have many, of which few are ever moved.
+  if (const auto* box = std::get_if<geometry::Box>(&shape.parts.front().primitive);
+      box != nullptr && !shape.is_compound() && box->size.minCoeff() > kThinnest) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const Eigen::Vector3d& normal : {Eigen::Vector3d(shape.parts.front().X_SP.R.col(axis)),
+                                            Eigen::Vector3d(-shape.parts.front().X_SP.R.col(axis))}) {
+        if (std::acos(std::min(1.0, normal.dot(down))) < kNearlyLevel) return normal;
+      }
+    }
+    return down;
+  }
   Eigen::Vector3d best = down;
   double best_angle = kNearlyLevel;
   for (const geometry::FlatFacet& face : geometry::RestingFaces(shape, geometry::CentreOfMass(shape))) {

@@ -12,8 +12,7 @@
 
 namespace tether::planning {
 
-/// What stays the same over all candidates of a problem: solids by frame name, and the faces that objects
-/// stand on.
+/// What all candidates of a problem share: solids by frame name, and the faces that objects stand on.
 class SceneFacts {
  public:
   explicit SceneFacts(const Problem& problem);
@@ -33,15 +32,15 @@ class SceneFacts {
   constraints::Memo memo_;
 };
 
-/// A discrete decision of a program, and the ways that were open.
+/// A discrete choice of a program, and its options.
 struct ChoicePoint {
   std::string key;
   std::vector<constraints::Option> options;
   int chosen = 0;
-  int action = 0;  ///< Index of the action at which it is met.
+  int action = 0;  ///< Index of the action that it belongs to.
 };
 
-/// The view that a constraint has of one step.
+/// A constraint's view of one step.
 class StepContext final : public constraints::Context {
  public:
   using Chooser = std::function<int(const std::string& key, const std::vector<constraints::Option>& options)>;

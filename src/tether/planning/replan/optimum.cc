@@ -86,9 +86,9 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
     const bool spent = iterations >= most || limits.Over();
     const bool solved =
         static_cast<int>(result.x.poses.size()) == key_poses.program.num_poses() && KeepsRows(result);
-    // More rows don't help what fails with few.
+    // A program that fails with few rows fails with more.
     if (spent || !solved) {
-      // The checker asks for less room than the rows, and lets some of these pass.
+      // The checker's margins are smaller than the rows': it may accept what violates some of them.
       if (result.x.poses.size() == steps.size() && NeedsIkSolutions(problem) &&
           CheckKeyPoses(facts, steps, result.x.poses).Feasible(problem.program))
         FindIkSolutions(facts, steps, result.x, key_poses);

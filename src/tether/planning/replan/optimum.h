@@ -10,8 +10,8 @@
 
 namespace tether::planning {
 
-/// Key poses that were optimised, with all that it takes to optimise them again when things have moved: the
-/// program, the discrete choices that are in it, and the multipliers.
+/// Optimised key poses, with what a warm start needs after objects have moved: the program, its discrete
+/// choices, and the multipliers.
 struct Optimum {
   std::vector<std::string> actions;
   std::vector<BoundStep> steps;
@@ -19,28 +19,28 @@ struct Optimum {
   nlp::WarmStart warm_start;
 };
 
-/// Writes the plan that these key poses are, and what the checker says of it, to `report`.
+/// Writes the plan of these key poses, and the checker's judgement of it, to `report`.
 void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& actions,
                     const std::vector<BoundStep>& steps, const std::vector<math::Pose>& poses,
                     const std::vector<IkSolution>& ik_solutions, const CheckResult& check,
                     CandidateReport& report);
 
-/// Solves with rows for near pairs only, and with more where others come too near, until none does. `warm`
-/// may be null. The result counts the evaluations, iterations and seconds of all rounds, each of which takes
-/// at most `max_iterations`; all of them together take at most Effort::again.
+/// Solves with rows for near pairs only, then again with rows for those that came too near, until none does.
+/// `warm` may be null. The result counts the evaluations, iterations and seconds of all rounds; one round has
+/// at most `max_iterations` iterations, all together Effort::again.
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,
                           int max_iterations, const nlp::WarmStart* warm, KeyPoseProgram& key_poses);
 
-/// The configurations, one per witness.
+/// The configurations, one per IK solution.
 std::vector<Eigen::VectorXd> JointsOf(const std::vector<IkSolution>& ik_solutions);
 
-/// The result keeps every row of its program, up to a tenth of what the checker lets pass.
+/// Every row of the program holds at the result, to a tenth of the checker's tolerances.
 bool KeepsRows(const nlp::Result& result);
 
-/// Optimises again where things are now: the scene of `facts` has the same frames on the same parents as the
-/// one that `optimum` is of. Begins at the old poses, which hold relative to the objects that they are tied
-/// to, and keeps the discrete choices. The checker judges the result; if it accepts it, it is the new
-/// optimum. If not (kGaveUp), the old choices may be what is wrong: plan anew.
+/// Optimises again after objects have moved: the scene of `facts` has the same frames on the same parents as
+/// that of `optimum`. Begins at the old key poses, which are relative to their target frames, and keeps the
+/// discrete choices. If the checker accepts the result, it becomes the new optimum. If not (kGaveUp), other
+/// choices may be needed: plan anew.
 CandidateReport Reoptimize(const SceneFacts& facts, const Limits& limits, Optimum& optimum);
 
 }  // namespace tether::planning

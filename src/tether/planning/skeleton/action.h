@@ -23,9 +23,9 @@ struct ReachVerb {
   double position_tolerance = 0.01;  ///< m
   double rotation_tolerance = 0.05;  ///< rad
   bool until_contact = false;        ///< Ends at contact too.
-  double above = 0;                  ///< With a region: so far above its plane and what stands there, m.
-  std::string objective;             ///< Empty: the full pose. Else a registered objective.
-  Value constraints;                 ///< Extra control constraints, as written.
+  double above = 0;       ///< With a region: the height above its plane and above what stands there, m.
+  std::string objective;  ///< Empty: the full pose. Else a registered objective.
+  Value constraints;      ///< Extra control constraints, as written.
 };
 
 /// Move the hand relative to where it is when the verb starts.
@@ -60,7 +60,7 @@ struct ConstraintSpec {
 struct StepSchema {
   std::string control;
   std::string target;
-  bool target_is_region = false;  ///< No key pose: any pose in the region will do.
+  bool target_is_region = false;  ///< No key pose: any pose in the region serves.
   std::vector<ConstraintSpec> constraints;
   std::vector<std::pair<std::string, std::string>> allow;  ///< Pairs that may touch.
   std::vector<Verb> execute;

@@ -124,7 +124,7 @@ WaitVerb ParseWait(const Value& value, Diagnostics& diagnostics) {
   return {std::max(0.0, seconds), region};
 }
 
-/// Reads the actions of one document. Knows the words that names may be.
+/// Reads the actions of one document, with the names that they may use.
 class ActionParser {
  public:
   ActionParser(const ActionReadOptions& options, Diagnostics& diagnostics)

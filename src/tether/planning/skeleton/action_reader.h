@@ -12,7 +12,7 @@ namespace tether::planning {
 /// The `format` of an action library.
 inline constexpr const char* kActionsFormat = "tether.actions/1";
 
-/// What the reader may take for granted about the words in an action library.
+/// The names that an action library may use.
 struct ActionReadOptions {
   /// Registered constraint kinds; empty: any kind is accepted.
   std::vector<std::string> constraint_kinds;

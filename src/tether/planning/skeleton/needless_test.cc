@@ -65,7 +65,7 @@ class NeedlessTest : public ::testing::Test {
   Problem problem_;
 };
 
-// Find pointless_actions_are_cheaper: a stop on the way lowers the sum of squares.
+// Find pointless_actions_are_cheaper: a stop in between lowers the sum of squares.
 TEST_F(NeedlessTest, PointlessActionsAreCheaper) {
   AddBlock("a", 0.5, 0.0);
   AddBlock("b", 0.5, 0.2);
@@ -96,10 +96,10 @@ TEST_F(NeedlessTest, RedundantPlan) {
   EXPECT_TRUE(report.complete);
 }
 
-// What is in the way of the shorter sequence is moved, although the symbols see no need.
+// What obstructs the shorter sequence is moved, although the symbols see no need.
 TEST_F(NeedlessTest, WhatMakesRoomIsNotNeedless) {
   AddBlock("a", 0.45, 0.15);
-  // It takes all of the tray.
+  // It covers all of the tray.
   Add("b", {0.09, 0.06, 0.04}, {0.45, -0.2, 0.04}, true);
   AddPlate("tray", 0.45, -0.2, 0.1);
   AddPlate("table", 0.6, 0.15, 0.16);
@@ -115,7 +115,7 @@ TEST_F(NeedlessTest, WhatMakesRoomIsNotNeedless) {
                           [](const auto& c) { return c.plan.actions.size() == 2 && !c.feasible(); }));
 }
 
-// Find sort8_endless: orders of what does not depend on each other are one, and planning ends.
+// Find sort8_endless: orders of independent actions are one candidate, and planning ends.
 TEST_F(NeedlessTest, Sort8Endless) {
   AddPlate("left", 0.45, 0.4, 0.22);
   AddPlate("right", 0.45, -0.4, 0.22);
@@ -170,7 +170,7 @@ class AnytimeTest : public NeedlessTest {
     problem_.search.max_actions = 2;
   }
   PlanReport Plan() { return PlanTask(problem_, *CarryTask(objects_, init_, goal_ + ")")); }
-  /// By cost of the best so far, in the order of dealing; the number of the last that improved on it.
+  /// The number of the last candidate that improved on the best cost before it.
   static size_t LastImprovement(const PlanReport& report) {
     size_t last = 0;
     double best = 1e9;
@@ -225,7 +225,7 @@ TEST_F(AnytimeTest, AllAreListedWhenAskedFor) {
   EXPECT_TRUE(report.complete);
 }
 
-// With lengths in place of squares, a stop never pays.
+// With lengths in place of squares, a stop never lowers the cost.
 TEST_F(NeedlessTest, LengthsDoNotProfitFromStops) {
   AddBlock("b", 0.5, 0.2);
   AddPlate("bin", 0.45, -0.3);

@@ -89,7 +89,7 @@ std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<st
       if (s.target_is_region && problem.scene.FindRegion(s.target) == nullptr) {
         diagnostics.Add(s.where,
                         "a step of '" + schema->name + "' has the target region '" + s.target +
-                            "', which is no region of the scene",
+                            "', which is not a region of the scene",
                         "a region, or a frame as target");
         continue;
       }
@@ -98,7 +98,7 @@ std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<st
       for (const ConstraintSpec& spec : s.constraints) {
         step.constraints.push_back(Bind(spec, problem.scene, diagnostics));
       }
-      // Where there is no pose, what holds at every step is the controller's to keep.
+      // Where there is no key pose, the controller keeps the constraints that hold at every step.
       for (const ConstraintSpec& spec : problem.constraints) {
         if (s.target_is_region) break;
         step.constraints.push_back(Bind(spec, problem.scene, diagnostics));

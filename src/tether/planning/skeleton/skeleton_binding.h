@@ -31,11 +31,11 @@ struct ActionCall {
 
 /// Splits "push(hook,box,table)".
 ActionCall ParseActionCall(const std::string& text);
-/// The other way.
+/// The inverse of ParseActionCall.
 std::string ToString(const ActionCall& call);
 
 /// The key poses of a sequence of actions. Throws InputError for an action without geometry, a frame that is
-/// not in the scene, or parameters that a constraint can't take.
+/// not in the scene, or parameters that do not suit a constraint.
 std::vector<BoundStep> BindSkeleton(const Problem& problem, const std::vector<std::string>& actions);
 
 }  // namespace tether::planning

@@ -8,9 +8,11 @@
 namespace tether::planning {
 namespace {
 
-// Enough to keep every thread busy, and few enough that what is refuted meanwhile costs little.
+// Enough to keep every thread busy, and few enough that little work is wasted on skeletons that conflicts
+// exclude meanwhile.
 constexpr size_t kBatch = 16;
-// Skeletons that come back to a state: so many are looked at, and so many actions more than others have.
+// Skeletons that return to a state: the most that are examined, and how many actions longer than others they
+// may be.
 constexpr int kMostReturns = 200'000;
 constexpr int kMoreActions = 3;
 
@@ -63,7 +65,7 @@ bool SkeletonSource::AllowReturns() {
   return true;
 }
 
-/// It has an action that changes where something stands that was in the way of others.
+/// Whether some action moves an object that obstructed others.
 bool SkeletonSource::IsWorthReturning(const std::vector<int>& actions) const {
   bool moves = false;
   for (const task::Conflict& conflict : conflicts_) {
@@ -111,7 +113,7 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
     }
     if (outcome.found() && !yielded_.insert(outcome.skeleton->actions).second) continue;
     if (outcome.status == task::SearchStatus::kDepthLimit && !fresh_ && !max_cost) {
-      // What the search knew of longer skeletons may be ruled out by now: that would be a proof.
+      // All longer skeletons may be excluded by now: that would be a proof.
       Restart();
       continue;
     }
@@ -120,11 +122,11 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
 }
 
 std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
-  // One by one where each may be the last that is wanted.
+  // One by one where each may be the last one wanted.
   const bool first_greedy = options_.method == SearchMethod::kGreedy && !greedy_done_;
   const size_t size = options_.cheapest_only || first_greedy ? 1 : kBatch;
   std::vector<std::vector<int>> batch;
-  // Dearer ones may be long in coming, and the first plan does not wait for them.
+  // Finding more expensive ones may take long, and the first plan does not wait for them.
   std::optional<double> max_cost;
   while (batch.size() < size) {
     task::SearchOutcome outcome = Next(limits, max_cost);

@@ -13,28 +13,28 @@
 
 namespace tether::planning {
 
-/// Brings the task search's skeletons in batches, whose sizes don't depend on the number of threads.
+/// Yields the task search's skeletons in batches, whose sizes don't depend on the number of threads.
 class SkeletonSource {
  public:
-  /// `task` must outlive the source. A temporal `goal` takes the place of the task's own. Throws InputError
-  /// if it can't be read or names what does not exist.
+  /// `task` must outlive the source. A temporal `goal` replaces the task's own. Throws InputError if it can't
+  /// be read or names what does not exist.
   SkeletonSource(const symbolic::Task& task, std::optional<task::TemporalGoal> goal,
                  const SearchOptions& options);
 
   /// The next skeletons, cheapest first; none: see ended().
   std::vector<std::vector<int>> NextBatch(const Limits& limits);
-  /// Nothing that begins with the conflict's prefix comes any more.
+  /// From now on, skeletons that the conflict excludes are not yielded.
   void AddConflict(const task::Conflict& conflict);
-  /// The caller deals with this one by itself: it never comes.
+  /// The caller tries this one itself: it is never yielded.
   void Exclude(const std::vector<int>& actions) { yielded_.insert(actions); }
-  /// Whether a sequence that comes back to a symbolic state is one that this source brings.
+  /// Whether this source yields this sequence, which returns to a symbolic state.
   bool BringsReturn(const std::vector<int>& actions) const { return returns_ && IsWorthReturning(actions); }
-  /// Of its own, for what asks about sequences of actions.
+  /// A product of the caller's own, for questions about sequences of actions.
   std::unique_ptr<task::Product> MakeProduct() const;
-  /// From now on, also skeletons that come back to a symbolic state, if something fails only as long as an
-  /// object stands where it does, and an action that the symbols see no use in moves it. False if that
-  /// changes nothing. Without a limit on the number of actions, up to three more than the longest that came
-  /// so far.
+  /// From now on, also yields skeletons that return to a symbolic state, if some action fails only as long as
+  /// an object stays where it is, and another action moves that object without a symbolic effect that is
+  /// needed. False if that changes nothing. Without a limit on the number of actions, up to three more than
+  /// the longest yielded so far.
   bool AllowReturns();
   /// Why the last batch was not longer; kFound if only because batches are bounded.
   task::SearchStatus ended() const { return ended_; }
@@ -45,7 +45,7 @@ class SkeletonSource {
 
  private:
   void Restart();
-  /// Some skeleton, whatever it costs.
+  /// Some skeleton, whatever its cost.
   task::SearchOutcome FindGreedily(const Limits& limits);
   task::SearchOutcome Next(const Limits& limits, std::optional<double> max_cost);
   bool IsWorthReturning(const std::vector<int>& actions) const;
@@ -56,10 +56,10 @@ class SkeletonSource {
   std::unique_ptr<task::SkeletonSearch> search_;
   std::set<std::vector<int>> yielded_;
   std::vector<task::Conflict> conflicts_;
-  uint64_t earlier_expanded_ = 0, earlier_generated_ = 0;  // By searches that this one took the place of.
+  uint64_t earlier_expanded_ = 0, earlier_generated_ = 0;  // By searches that this one replaced.
   bool greedy_done_ = false;
   bool returns_ = false;  // Skeletons may come back to a symbolic state.
-  int returns_left_ = 0;  // So many of these may be looked at.
+  int returns_left_ = 0;  // This many more of them may be examined.
   bool fresh_ = true;     // No conflict came since the search began.
   task::SearchStatus ended_ = task::SearchStatus::kFound;
 };

@@ -55,7 +55,7 @@ std::vector<Subsequence> Subsequences::Find(const std::vector<int>& actions) {
   return std::move(found_);
 }
 
-/// Of the actions from `index` on, each may follow `part_` or not.
+/// Enumerates: each action from `index` on is appended to `part_` or left out.
 void Subsequences::FindFrom(size_t index) {
   const symbolic::State& state = states_[part_.size()];
   if (product_->IsGoal(state)) {
@@ -113,7 +113,7 @@ void Subsequences::ForEachExchange(const std::vector<int>& actions, const States
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = i + 1; j < n; ++j) {
       if (!want(actions[i], actions[j]) || !Step(actions[j], states[i], next)) continue;
-      // The second part first, as long as it can be; then the first one.
+      // The second part first, as far as it is applicable; then the first one.
       between = {next};
       for (size_t k = j + 1; k <= n; ++k) {
         const size_t second = between.size();

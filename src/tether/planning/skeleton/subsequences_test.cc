@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-// Blocks that are taken and put down; looking at one changes only that it was seen.
+// Blocks that are picked and put down; looking at one changes only that it was seen.
 constexpr const char* kDomain = R"((define (domain blocks)
   (:requirements :strips :negative-preconditions)
   (:predicates (held ?a) (free) (on ?a ?b) (seen ?a) (place ?b) (block ?a))

@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-// Nothing in it speaks of where the hand reaches.
+// Nothing in it is about the hand's reach.
 constexpr const char* kDomain = R"((define (domain arm)
   (:requirements :strips :typing :negative-preconditions :equality)
   (:types thing)
@@ -108,7 +108,7 @@ TEST(ArmScenesTest, ABlockTooWideIsImpossible) {
                                       "(can_move box) (on box table)", "(inhand box)", 3));
   EXPECT_EQ(report.status, PlanStatus::kImpossible);
   EXPECT_THAT(report.message,
-              HasSubstr("box is 10.0 cm wide where it is narrowest; the gripper takes 7.5 cm"));
+              HasSubstr("box is 10.0 cm wide where it is narrowest; the gripper grasps up to 7.5 cm"));
 }
 
 TEST(ArmScenesTest, ATargetUnderAnOverhangIsTold) {
@@ -134,7 +134,7 @@ TEST(WithinReachTest, MistakesAreExplained) {
               AllOf(HasSubstr(":init states 'near'"), HasSubstr("one of the two")));
 }
 
-// The symbols allow to pick the box at once. Only the arm knows that it takes a hook.
+// By the symbols the box can be picked at once; it is beyond the arm's reach without the hook.
 TEST(ArmScenesTest, TheHookIsFoundWithoutBeingAskedFor) {
   const Scenario scenario =
       Load(Block("box", "[0.05, 0.05, 0.05]", "[0.9, 0, 0.025]") +

@@ -18,7 +18,7 @@ const char* const kPalette[] = {"[0.76, 0.70, 0.60, 1]", "[0.55, 0.55, 0.58, 1]"
                                 "[0.55, 0.30, 0.65, 1]", "[0.20, 0.65, 0.70, 1]", "[0.95, 0.45, 0.40, 1]",
                                 "[0.45, 0.35, 0.25, 1]"};
 
-/// Up to five decimals, none at the end that says nothing.
+/// Up to five decimals, without trailing zeros.
 std::string Number(double value) {
   char text[32];
   FormatInto(text, sizeof text, "%.5f", value == 0 ? 0.0 : value);  // no −0

@@ -10,9 +10,9 @@
 
 namespace tether::scenario {
 
-/// What the generators share; not for users.
+/// Shared by the generators; not for users of the room.
 
-/// An object of a scene in the making. Everything stands level: its pose is a position and a yaw.
+/// An object of a draft scene. Everything stands level: its pose is a position and a yaw.
 struct DraftObject {
   std::string name;
   geometry::Shape shape;
@@ -22,10 +22,11 @@ struct DraftObject {
   int colour = 0;                                 ///< Index into a palette.
   std::string remark;                             ///< A comment beside its name.
 
+  /// The pose of its frame in the world.
   math::Pose X_WO() const;
 };
 
-/// The scene in the making, and what its file says beside objects.
+/// A draft scene, and the other contents of its file.
 struct SceneDraft {
   std::string title;
   std::string command;  ///< The command line that makes it again.
@@ -40,15 +41,13 @@ struct SceneDraft {
   double perturb_position = 0;  ///< m
   double perturb_rotation = 0;  ///< rad
 
-  /// Whether `object` keeps `gap` (m) from all objects so far, but for those named in `except`: what it
-  /// stands on.
+  /// Whether `object` keeps `gap` (m) from all objects so far, but for those named in `except`: its supports.
   bool IsClear(const DraftObject& object, double gap, const std::vector<std::string>& except) const;
   /// The scenario file.
   std::string Write() const;
 };
 
-/// `value` on a grid of `step`: what is drawn is written with few digits, and what is written is what is
-/// checked.
+/// `value` on a grid of `step`: drawn numbers have few digits, so that those written are those checked.
 double OnGrid(double value, double step);
 
 /// Uniform on the grid of 1 mm between `lower` and `upper` (m).

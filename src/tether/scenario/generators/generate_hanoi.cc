@@ -5,7 +5,7 @@
 namespace tether::scenario {
 namespace {
 
-constexpr double kLargest = 0.07, kSmallest = 0.03;  // edges, m: what the gripper takes
+constexpr double kLargest = 0.07, kSmallest = 0.03;  // edges, m: what the gripper can grasp
 constexpr double kPlate = 0.17, kPlateHeight = 0.07;
 constexpr double kPlateDistance = 0.2;
 const std::array<const char*, 3> kPlates = {"platform_left", "platform_middle", "platform_right"};

@@ -182,7 +182,7 @@ bool PlaceAll(Random random, bool within, const DraftObject& drawn_hook, SceneDr
     return std::abs(about - bearing) > 0.6;  // it does not wall off the box
   });
   return has_shelf && place(drawn_hook, kGap, [&](DraftObject& object) {
-           // The middle of the handle is where the hand can take it.
+           // The hand can grasp the middle of the handle.
            const double radius = hooks.Uniform(0.40, 0.68), about = hooks.Uniform(-1.2, 1.2);
            object.yaw = DrawYaw(hooks, about, kPi / 2);
            const Eigen::Vector3d p_WO =

@@ -328,7 +328,7 @@ GeneratedScenario GenerateCrowd(int objects, uint64_t seed) {
   const auto [mat, target] = DrawMatAndTarget(things, 0.25, 0.35);
   draft.objects = {floor, mat, target};
 
-  // The hand has room about the target and the mat, and the arm about its base.
+  // There is room for the hand about the target and the mat, and for the arm about its base.
   SceneDraft kept_free;
   for (const Eigen::Vector3d& p : {target.p_W, mat.p_W, Eigen::Vector3d(0, 0, 0)}) {
     DraftObject round;
@@ -361,8 +361,8 @@ GeneratedScenario GenerateClutter(int objects, uint64_t seed) {
   Random things = random.Split("target");
   const auto [mat, target] = DrawMatAndTarget(things, 0.30, 0.40);
 
-  // The open hand has room about the target along one of its sides, and about the mat whichever way it is
-  // turned.
+  // There is room for the open hand about the target along one of its sides, and about the mat in any
+  // orientation.
   DraftObject hand = target;
   const bool along_x = things.Index(2) == 0;
   hand.shape = geometry::Shape(along_x ? geometry::Box{{0.23, 0.09, 0.2}} : geometry::Box{{0.09, 0.23, 0.2}});

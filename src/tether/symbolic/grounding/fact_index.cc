@@ -84,7 +84,7 @@ class VariableJoin {
     for (; trail_.size() > mark; trail_.pop_back()) binding_[static_cast<size_t>(trail_.back())] = -1;
   }
 
-  /// False if a visit asked for no more.
+  /// False if a visit ended the enumeration.
   bool Extend(const Visit& visit) {
     step_();
     size_t best = patterns_.size();
@@ -123,7 +123,7 @@ class VariableJoin {
   const FactIndex& facts_;
   const Test& fails_;
   const std::function<void()>& step_;
-  size_t first_;  ///< Variables before this one are bound by what is around.
+  size_t first_;  ///< Variables before this one are bound already.
   std::vector<const std::vector<int>*> objects_;
   std::vector<const Formula*> patterns_;
   std::vector<Literal> tests_;

@@ -18,6 +18,7 @@ class FactIndex {
   /// Of a predicate that is not `known`, anything may hold.
   FactIndex(const Problem& problem, std::vector<bool> known);
 
+  /// The atom may hold from now on.
   void Add(const Atom& atom);
   bool IsKnown(int predicate) const { return known_[static_cast<size_t>(predicate)]; }
   /// Those that may match an atom whose variables are bound where `binding` is not negative; some that do not
@@ -25,6 +26,7 @@ class FactIndex {
   const std::vector<std::vector<int>>& facts(int predicate) const {
     return relations_[static_cast<size_t>(predicate)].facts;
   }
+  /// Indices in facts(predicate) of the atoms that may match `atom` under `binding` (negative: not bound).
   const std::vector<int>& Candidates(const Formula& atom, const std::vector<int>& binding) const;
 
  private:
@@ -45,13 +47,13 @@ struct Literal {
   bool positive = true;
 };
 
-/// What has to hold for `formula` to do so (or not, if not `positive`), all of it together.
+/// The conjuncts of `formula` (of its negation, if not `positive`).
 std::vector<Literal> Conjuncts(const Formula& formula, bool positive);
 
 /// Visits all bindings of `variables`, appended to `binding`, for which none of `conjuncts` is known to fail,
-/// in lexicographic order, until a visit returns false. What may hold is joined: the conjunct with the fewest
-/// facts comes next. `fails` is asked of literals (atoms of known predicates and equalities) as soon as their
-/// variables are bound; `step` is called once per step of work.
+/// in lexicographic order, until a visit returns false. Facts that may hold are joined: the conjunct with the
+/// fewest facts comes next. `fails` is asked of literals (atoms of known predicates and equalities) as soon
+/// as their variables are bound; `step` is called once per step of work.
 void JoinVariables(const FactIndex& facts, TypeIndex& types, const std::vector<TypedName>& variables,
                    const std::vector<Literal>& conjuncts, const std::vector<int>& binding,
                    const std::function<bool(const Literal&, const std::vector<int>&)>& fails,

@@ -74,7 +74,7 @@ void CollectConjuncts(const Formula& formula, std::vector<const Formula*>& conju
 
 }  // namespace
 
-/// Finds what may ever hold and which actions may ever apply when effects only add possibilities, fact by
+/// Finds the facts that may ever hold and the actions that may ever apply in the delete relaxation, fact by
 /// fact: each new fact is joined with the others that an action or axiom needs.
 class Grounder {
  public:
@@ -271,7 +271,7 @@ class Grounder {
     return false;
   }
 
-  /// Does what a draft may do by now; false if that is all it can ever do.
+  /// Adds the effects that a draft may have by now; false if it can have no others.
   bool Fire(size_t index) {
     instantiator_.CountStep();
     Draft& draft = drafts_[index];
@@ -291,7 +291,7 @@ class Grounder {
 
   void Reach() {
     do {
-      // Facts come into the join one by one, so that each binding is found with the last of its facts.
+      // Facts are added to the join one by one, so that each binding is found with the last of its facts.
       for (; next_ < queue_.size(); ++next_) {
         const int fact = queue_[next_];
         join_.AddFact(fact);
@@ -454,7 +454,7 @@ class Grounder {
   size_t next_ = 0;         ///< The first of them that is not in join_.
   bool more_may_fail_ = false;
   std::vector<Draft> drafts_;
-  std::vector<size_t> waiting_;  ///< Drafts that may do more once more may hold or fail.
+  std::vector<size_t> waiting_;  ///< Drafts that may have further effects once more facts may hold or fail.
   std::vector<int> final_;       ///< Number in the task by provisional number; -1 if the atom can't change.
 };
 

@@ -70,8 +70,8 @@ void Instantiator::ForEachMatch(const std::vector<TypedName>& variables, const F
       [&] { CountStep(); }, visit);
 }
 
-/// What a disjunction can't do without is joined, and for a conjunction what keeps a part of it from being
-/// true: there is no part for the other bindings.
+/// Joined are the necessary literals of a disjunction's part, and for a conjunction those that make a part of
+/// it false: other bindings have no part.
 GroundFormula Instantiator::InstantiateQuantifier(const Formula& formula, const std::vector<int>& binding,
                                                   bool positive) {
   using Kind = Formula::Kind;

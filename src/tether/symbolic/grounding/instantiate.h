@@ -17,6 +17,7 @@ namespace tether::symbolic {
 class TypeIndex {
  public:
   explicit TypeIndex(const Problem& problem) : problem_(problem) {}
+  /// The objects of one of these types.
   const std::vector<int>& ObjectsOf(const std::vector<int>& types);
 
  private:
@@ -24,15 +25,15 @@ class TypeIndex {
   std::map<std::vector<int>, std::vector<int>> objects_;
 };
 
-/// Turns formulas over variables into ground ones: quantifiers are written out, and what `ground_atom` knows
-/// is evaluated away.
+/// Turns formulas over variables into ground ones: quantifiers are expanded, and atoms that `ground_atom`
+/// maps to constants are evaluated away.
 class Instantiator {
  public:
   /// Returns a literal or a constant for a ground atom.
   using GroundAtom = std::function<GroundFormula(const Atom&)>;
 
-  /// `limits` and `facts` must outlive this; LimitReached is thrown at the limits. Of predicates that `facts`
-  /// knows, `ground_atom` is asked for atoms that come to nothing too.
+  /// `limits` and `facts` must outlive this; LimitReached is thrown at the limits. For predicates that
+  /// `facts` knows, `ground_atom` is also called for atoms that can't hold.
   Instantiator(const Problem& problem, const Limits& limits, const FactIndex& facts, GroundAtom ground_atom)
       : types_(problem), poller_(limits), facts_(facts), ground_atom_(std::move(ground_atom)) {}
 
@@ -51,9 +52,10 @@ class Instantiator {
   void ForEachMatch(const std::vector<TypedName>& variables, const Formula& formula, bool positive,
                     const std::vector<int>& binding, const std::function<bool(std::vector<int>&)>& visit);
 
-  /// One step of work: looks at the limits now and then.
+  /// One step of work: polls the limits now and then.
   void CountStep() { poller_.Tick(); }
 
+  /// The atom with its terms replaced by the objects of `binding`.
   static Atom Bind(int predicate, const std::vector<Term>& terms, const std::vector<int>& binding);
 
   TypeIndex& types() { return types_; }

@@ -29,8 +29,8 @@ class AtomTable {
   std::vector<const Atom*> atoms_;
 };
 
-/// What is to be matched: every binding of the parameters for which the patterns are among the facts and no
-/// test is false.
+/// A rule to be matched: its bindings are those of the parameters for which the patterns are among the facts
+/// and no test is false.
 struct JoinRule {
   struct Pattern {
     int predicate = -1;
@@ -69,7 +69,7 @@ class Join {
 
   void Begin(const JoinRule& rule);
   void Extend(const JoinRule& rule, const Visit& visit);
-  /// Binds what the fact says; false if it does not fit. Either way Undo(mark) takes it back.
+  /// Binds the variables by the fact; false if it does not fit. In both cases Undo(mark) reverses it.
   bool Unify(const JoinRule& rule, const JoinRule::Pattern& pattern, const Atom& fact);
   bool Bind(const JoinRule& rule, int variable, int object);
   void Undo(const JoinRule& rule, size_t mark);

@@ -30,7 +30,7 @@ std::vector<int> NecessaryLiterals(const Condition& condition) {
   return literals;
 }
 
-/// Which pairs of literals may hold together is iterated until nothing is added.
+/// Iterates the set of pairs of literals that may hold together until nothing is added.
 class MutexFinder {
  public:
   MutexFinder(const Task& task, const std::vector<AtomPermutation>& permutations, size_t max_work)
@@ -102,7 +102,7 @@ class MutexFinder {
     changed_ = true;
   }
 
-  /// Allows the images of what is allowed at the start.
+  /// Allows the images of the pairs that are allowed at the start.
   bool Permute() {
     std::vector<std::pair<int, int>> pairs;
     const auto note = [&](int a, int b) {
@@ -200,7 +200,7 @@ class MutexFinder {
         if ((Row(literal)[static_cast<size_t>(other) / 64] >> (other % 64) & 1) == 0) return;
       }
     }
-    // What may hold before, and still does after.
+    // Literals that may hold before, and still hold after.
     Bits& rest = scratch_;
     rest = reached_;
     for (int literal : step.needed) {
@@ -289,7 +289,7 @@ std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
       if (atom != seed && !task.IsDerived(atom) && mutexes.AreMutex(Literal(seed, true), Literal(atom, true)))
         candidates.push_back(atom);
     }
-    // What becomes of each of its arguments comes first: where this object is, what is in this place.
+    // First the atoms about one of its arguments: where this object is, what is in this place.
     for (size_t k = 0; k == 0 || k < start.arguments.size(); ++k) {
       const auto rank = [&](int index) {
         const Atom& atom = task.atoms()[static_cast<size_t>(index)];

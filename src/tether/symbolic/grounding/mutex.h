@@ -17,9 +17,9 @@ std::vector<int> NecessaryLiterals(const Condition& condition);
 /// Per atom another one: a permutation that maps a task's actions onto one another.
 using AtomPermutation = std::vector<int>;
 
-/// Pairs of literals that no state has both of that can be reached from the start, or from what permutations
-/// make of the start: those that h² leaves out (Haslum and Geffner, AIPS 2000; Alcázar and Torralba, ICAPS
-/// 2015). Sound, not complete. Nothing is known of derived atoms.
+/// Pairs of literals that hold together in no state that is reachable from the start, or from an image of the
+/// start under permutations: those that h² excludes (Haslum and Geffner, AIPS 2000; Alcázar and Torralba,
+/// ICAPS 2015). Sound, not complete. Nothing is known of derived atoms.
 class Mutexes {
  public:
   /// None if it would take more than `max_work` operations on words. `permutations` and all that follow one
@@ -39,14 +39,14 @@ class Mutexes {
   std::vector<uint64_t> together_;  ///< Per literal a row: with which others it may hold.
 };
 
-/// Atoms of which at most one holds in any state that mutexes speak of.
+/// Atoms of which at most one holds in any state that the mutexes are about.
 struct Variable {
   std::vector<int> atoms;
   bool exactly_one = false;  ///< One of them always holds.
 };
 
-/// Finds variables greedily, from each atom on, with what is about one of its arguments first: sets that
-/// can't be enlarged, each once; an atom may be in several. `permutations` are those of the mutexes.
+/// Finds variables greedily, from each atom on, first with atoms about one of its arguments: maximal sets,
+/// each once; an atom may be in several. `permutations` are those of the mutexes.
 std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
                                     const std::vector<AtomPermutation>& permutations = {});
 

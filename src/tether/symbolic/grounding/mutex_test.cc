@@ -103,7 +103,7 @@ TEST(MutexTest, VariablesOfKnownDomains) {
   }
 }
 
-/// Two carts on a line can't pass each other; exchanged, they stand the other way round.
+/// Two carts on a line can't pass each other; exchanged, they are in the other order.
 TEST(MutexTest, HoldsForWhatPermutationsMakeOfTheStart) {
   const char* const domain =
       R"((define (domain line) (:predicates (at ?c ?p) (full ?p) (cart ?c) (next ?p ?q))

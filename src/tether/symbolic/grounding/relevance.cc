@@ -124,7 +124,7 @@ class RelevanceFinder {
 
   const Task& task_;
   std::vector<bool> acts_;          ///< By action: it is kept.
-  std::vector<bool> true_, false_;  ///< By atom: something asks for it to be so.
+  std::vector<bool> true_, false_;  ///< By atom: this value is relevant.
   bool changed_ = false;
   std::vector<int> number_;  ///< By atom: its number in the new task, -1 if it is left out.
 };

@@ -7,17 +7,17 @@
 
 namespace tether::symbolic {
 
-/// A task without what does not matter for its goal: the whole one itself if all of it does.
+/// A task without what is irrelevant to its goal: the whole one itself if all of it is relevant.
 struct RelevantTask {
   std::shared_ptr<const Task> task;
   std::vector<int> actions;  ///< By action of `task`: its index in the whole one.
 };
 
-/// Leaves out the actions that bring about nothing that the goal asks for, be it through other actions'
-/// conditions, and the atoms that nothing asks for. If the whole task has a plan, then so has this one, of
-/// actions that cost no more (an action that is left out can be left out of any plan), and its plans are
-/// plans of the whole task. Other plans are lost: for one plan only. A condition asks for its literals; what
-/// adds or deletes against what is asked for, for its own condition to fail.
+/// Leaves out the actions that contribute nothing to the goal, directly or through other actions' conditions,
+/// and the irrelevant atoms. If the whole task has a plan, then so has this one, of no higher cost (an action
+/// that is left out can be left out of any plan), and its plans are plans of the whole task. Other plans are
+/// lost: use it to find one plan only. A relevant condition makes its literals relevant; an effect against a
+/// relevant literal makes the negation of its own condition relevant.
 RelevantTask KeepRelevant(const std::shared_ptr<const Task>& whole);
 
 }  // namespace tether::symbolic

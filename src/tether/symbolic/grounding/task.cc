@@ -89,7 +89,7 @@ void Task::IndexActions() {
     if (formula.kind != GroundFormula::Kind::kAnd) return;
     for (const GroundFormula& child : formula.children) visit_literal(child);
   };
-  // The rarest of the atoms that an action needs is the most telling.
+  // Actions are filed under the rarest of the atoms that they need.
   std::vector<int> users(atoms_.size(), 0);
   for (const GroundAction& action : actions_) {
     for_each_needed(action.precondition, [&](int atom) { ++users[static_cast<size_t>(atom)]; });

@@ -67,7 +67,7 @@ class Task {
   /// 64-bit words of a state; at least 1.
   size_t words() const { return initial_state_.size(); }
 
-  /// The cost of an action is so many times this: exact sums of whole numbers.
+  /// Costs of actions are whole multiples of this, so that sums are exact.
   double cost_unit() const { return cost_unit_; }
   /// By stratum: those of a lower one are settled before those of a higher one.
   const std::vector<std::vector<GroundAxiom>>& axioms() const { return axioms_; }
@@ -87,7 +87,7 @@ class Task {
   /// Index of the action of that name, such as "pick(hook)", in the spelling of the files; -1 if there is
   /// none.
   int FindAction(std::string_view name) const;
-  /// Index of a changing atom, -1 if it can't change; then HoldsAlways() says what it is.
+  /// Index of a changing atom, -1 if it can't change; HoldsAlways() then gives its value.
   int FindAtom(const Atom& atom) const;
   bool HoldsAlways(const Atom& atom) const;
   bool Holds(const Atom& atom, StateView state) const;
@@ -97,8 +97,8 @@ class Task {
 
   /// "on(box,table)".
   std::string AtomName(const Atom& atom) const;
-  /// Names of the atoms that hold in `state`, those that never change included if asked for; in the order of
-  /// atoms.
+  /// Names of the atoms that hold in `state`, in the order of atoms; with `with_constant` also those that
+  /// never change.
   std::vector<std::string> TrueAtoms(StateView state, bool with_constant = false) const;
 
  private:

@@ -222,7 +222,7 @@ std::shared_ptr<const Problem> Chain(int length, int nodes, const std::string& p
     domain += "(:derived (linked) " + exists + ")";
     domain += "(:action end :precondition (linked) :effect (done))";
   }
-  // The same, said of all: no chain is missing an end.
+  // The same with `forall`: no chain is missing an end.
   if (place == "forall") {
     domain += "(:action end :precondition (not (forall (" + variables + " - node) (not " + body +
               ")))) :effect (done))";
@@ -247,7 +247,7 @@ TEST(TaskTest, ExistsJoin_QuantifiedConditionsAreJoinedOverFacts) {
     limits.SetTimeLimit(60);
     const auto task = Task::Ground(Chain(6, 40, place), limits);
     EXPECT_EQ(task->actions().size(), place == "goal" ? 40u : 41u);
-    // With few nodes, the same as what is written out.
+    // With few nodes, the same as the expanded formula.
     const auto small = Chain(4, 4, place);
     const auto grounded = Task::Ground(small);
     State state = grounded->initial_state();

@@ -27,8 +27,7 @@ struct GroundFormula {
   static GroundFormula Join(Kind kind, std::vector<GroundFormula> children);
 };
 
-/// A ground formula made ready to be tested often: the literals that must hold as masks, and the rest as
-/// trees.
+/// A ground formula compiled for fast tests: the necessary literals as masks, and the rest as trees.
 class Condition {
  public:
   Condition() = default;  ///< True.

@@ -33,7 +33,7 @@ class Scanner {
  public:
   Scanner(std::string_view text, const std::string& file) : text_(text), where_{file, 1, 1} {}
 
-  /// Editors write it at the beginning of a file; it is no character of the text.
+  /// Some editors write it at the beginning of a file; it is not part of the text.
   void SkipByteOrderMark() {
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
   }
@@ -85,6 +85,28 @@ std::string LowerCase(std::string_view text) {
   return lower;
 }
 
+namespace {
+
+/// The message for a ')' after the last list of `done`, which ended at `last_close`, if there is one.
+std::string DescribeExtraClose(const std::vector<Expression>& done, const Location& last_close) {
+  std::string message = "one ')' too many";
+  if (!done.empty() && done.back().is_list) {
+    message += ": '(" + std::string(done.back().head()) + "' of " + done.back().where.ToString() +
+               " is already closed by the ')' of " + last_close.ToString();
+  }
+  return message;
+}
+
+/// The message for lists that are still open where the text ends.
+std::string DescribeMissingCloses(const std::vector<Expression>& open) {
+  const Expression& unclosed = open.back();
+  const std::string count = open.size() == 1 ? "a ')' is" : std::to_string(open.size()) + " ')' are";
+  return count + " missing at the end: '(" + std::string(unclosed.head()) + "' of " +
+         unclosed.where.ToString() + " is not closed";
+}
+
+}  // namespace
+
 std::vector<Expression> ParseExpressions(std::string_view text, const std::string& file,
                                          Diagnostics& diagnostics) {
   Scanner scanner(text, file);
@@ -115,12 +137,7 @@ std::vector<Expression> ParseExpressions(std::string_view text, const std::strin
     } else if (c == ')') {
       scanner.Advance();
       if (open.empty()) {
-        std::string message = "one ')' too many";
-        if (!done.empty() && done.back().is_list) {
-          message += ": '(" + std::string(done.back().head()) + "' of " + done.back().where.ToString() +
-                     " is already closed by the ')' of " + last_close.ToString();
-        }
-        diagnostics.Add(where, message);
+        diagnostics.Add(where, DescribeExtraClose(done, last_close));
         continue;
       }
       Expression list = std::move(open.back());
@@ -158,10 +175,7 @@ std::vector<Expression> ParseExpressions(std::string_view text, const std::strin
     if (suspect) {
       diagnostics.Add(suspect->where, suspect->message);
     } else {
-      const Expression& unclosed = open.back();
-      const std::string count = open.size() == 1 ? "a ')' is" : std::to_string(open.size()) + " ')' are";
-      diagnostics.Add(scanner.where(), count + " missing at the end: '(" + std::string(unclosed.head()) +
-                                           "' of " + unclosed.where.ToString() + " is not closed");
+      diagnostics.Add(scanner.where(), DescribeMissingCloses(open));
     }
     readable = false;
   }

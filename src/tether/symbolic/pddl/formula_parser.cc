@@ -103,7 +103,7 @@ std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size
       if (item.is_list || name.size() < 2 || name[0] != '?' || !IsName(std::string_view(name).substr(1))) {
         diagnostics.Add(item.where, Show(item) + " is not a variable",
                         "accepted: a name that begins with '?'");
-        // Kept, so that what uses it is not wrong too.
+        // Kept, so that its uses are not reported too.
         if (!item.is_list && kind == NameKind::kDeclared) list.push_back({std::move(name), {}, item.where});
         continue;
       }

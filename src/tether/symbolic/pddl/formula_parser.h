@@ -13,7 +13,7 @@ namespace tether::symbolic {
 /// operator first.
 bool IsName(std::string_view word);
 
-/// "did you mean 'x'? accepted: x, y or z": what to say of an unknown `word`.
+/// "did you mean 'x'? accepted: x, y or z": the hint for an unknown `word`.
 std::string Suggest(std::string_view word, const std::vector<std::string>& known);
 
 template <typename Named>
@@ -33,7 +33,7 @@ int FindNamed(const std::vector<Named>& list, std::string_view name) {
   return -1;
 }
 
-/// What a typed list names, for checks and messages.
+/// The kind of names in a typed list, for checks and messages.
 enum class NameKind {
   kVariable,
   kDeclared,  ///< Parameters of a predicate or function: variables whose names mean nothing.
@@ -41,8 +41,8 @@ enum class NameKind {
 };
 
 /// Reads `a b - t c - (either u v) d` from `items` starting at `first`. Names without a type get `object`.
-/// Reports unknown types and what is no name. What has an unknown type has none, so that nothing follows
-/// from that.
+/// Reports unknown types and bad names. A name of an unknown type has no type, so that no further errors
+/// follow.
 std::vector<TypedName> ParseTypedList(const std::vector<Expression>& items, size_t first, NameKind kind,
                                       const Domain& domain, Diagnostics& diagnostics);
 
@@ -84,8 +84,8 @@ class FormulaParser {
   int nested_ = 0;  // Effects around the place that depend on the state or on objects.
 };
 
-/// Reads a number that is not negative and has up to six digits after the point, in millionths; reports what
-/// is none, as "the cost" or whatever `what` says, and returns 0.
+/// Reads a number that is not negative and has up to six digits after the point, in millionths; reports other
+/// text, called `what` in the message, and returns 0.
 int64_t ParseNumber(const Expression& expression, const std::string& what, Diagnostics& diagnostics);
 
 /// Whether `expression` is `(total-cost)`.

@@ -121,7 +121,7 @@ void CheckRequirements(const Expression& section, std::vector<std::string>& requ
       continue;
     }
     const std::string shown = item.is_list ? "(" + std::string(item.head()) + " …)" : item.word;
-    // What can't be done is said where it is asked for.
+    // Unsupported requirements are reported where they are used.
     const bool known = is_in(kUnsupportedRequirements);
     diagnostics.Warn(item.where,
                      "requirement " + Quote(shown) + (known ? " is not supported" : " is unknown"),
@@ -298,7 +298,7 @@ void ParseInit(const Expression& section, const Domain& domain, Problem& problem
                             ", which is derived");
         continue;
       }
-      if (negated) continue;  // What is not listed is false.
+      if (negated) continue;  // Facts that are not listed are false.
       Fact fact{formula.predicate, {}, item.where};
       for (const Term& term : formula.terms) fact.arguments.push_back(term.index);
       problem.init.push_back(std::move(fact));

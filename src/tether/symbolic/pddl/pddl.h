@@ -24,7 +24,7 @@ struct Predicate {
   Location where;
 };
 
-/// A function whose values ':init' gives: what costs are made of. `total-cost` has none.
+/// A function with values from ':init', for costs. `total-cost` has none.
 struct Function {
   std::string name;
   std::vector<TypedName> parameters;
@@ -51,7 +51,7 @@ struct Action {
   Location where;
 };
 
-/// One way in which a derived predicate holds: whenever `body` does, of the parameters.
+/// A rule of a derived predicate: it holds of the parameters whenever `body` does.
 struct DerivedRule {
   int predicate = -1;
   std::vector<TypedName> parameters;
@@ -72,7 +72,7 @@ struct Domain {
   /// Per predicate: 0 if actions may change it, else its stratum. A derived predicate's bodies refer to its
   /// own stratum without negation, and otherwise to lower ones.
   std::vector<int> strata;
-  std::vector<Diagnostic> warnings;  ///< What is odd and has one meaning all the same.
+  std::vector<Diagnostic> warnings;  ///< About what is odd but still has one meaning.
 
   /// Index by name, -1 if there is none.
   int FindType(std::string_view name) const;

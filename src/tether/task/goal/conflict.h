@@ -5,7 +5,7 @@
 
 namespace tether::task {
 
-/// Why a skeleton has no key poses: what the geometric side tells the search.
+/// Why a skeleton has no key poses: feedback from the geometry to the search.
 struct Conflict {
   enum class Kind {
     kProved,  ///< No key poses exist.
@@ -13,17 +13,16 @@ struct Conflict {
   };
 
   Kind kind = Kind::kGaveUp;
-  std::vector<int> prefix;  ///< Actions, indices into Task::actions(): every skeleton that begins so fails.
+  std::vector<int> prefix;  ///< Actions, indices into Task::actions(): every skeleton with this prefix fails.
   /// The last action of `prefix` fails by itself, whatever comes before it: so does every skeleton with it.
   bool anywhere = false;
-  /// If not empty, the same, but only unless one of these actions comes before it: what they move is why it
-  /// fails.
+  /// If not empty, the same, unless one of these actions comes before it: they move what makes it fail.
   std::vector<int> unless;
-  std::vector<int> steps;                ///< Indices into `prefix` of the actions that clash; may be empty.
-  std::vector<std::string> constraints;  ///< What can't hold together, in words.
+  std::vector<int> steps;  ///< Indices into `prefix` of the actions that conflict; may be empty.
+  std::vector<std::string> constraints;  ///< The constraints that conflict, in words.
   std::string reason;                    ///< One sentence for people.
 
-  /// No sequence that begins with these actions can do.
+  /// Whether it excludes every sequence that begins with these actions.
   bool RulesOut(const std::vector<int>& actions) const;
 };
 

@@ -12,14 +12,14 @@
 
 namespace tether::task {
 
-/// A goal on the course of a plan, not only on its end: which words over the states' atoms are good.
+/// A temporal goal: a formula on the word of a plan, the facts that hold after each of its actions.
 struct TemporalGoal {
   ltl::Formula formula;
   ltl::Semantics semantics = ltl::Semantics::kCosafe;
   Location where;  ///< Of the formula's text, if it stands in a file.
 };
 
-/// What to say of a goal whose automaton accepts nothing.
+/// The reason given for a goal whose automaton accepts nothing.
 inline constexpr const char* kUnsatisfiable =
     "the formula is unsatisfiable: no sequence of states makes it true";
 
@@ -32,24 +32,24 @@ struct Propositions {
   static std::vector<int> Resolve(const symbolic::Task& task, const TemporalGoal& goal);
 };
 
-/// The states of a task joined with those of its goal's automaton (paper B, section 3). The goal is the
-/// problem's own, or a temporal one in its place. A state is the task's, and after it a word with the number
-/// of the automaton's state if there is one. States of the automaton come into being in Apply(): not for
-/// several threads at once.
+/// The product of a task's state space and its goal's automaton (paper B, section 3). The goal is the
+/// problem's own, or a temporal one in its place. A state is the task's, followed by a 64-bit word with the
+/// number of the automaton's state if there is one. Apply() creates states of the automaton: not for several
+/// threads at once.
 class Product {
  public:
   /// Throws InputError if the temporal goal can't be read or names what does not exist.
   explicit Product(std::shared_ptr<const symbolic::Task> task, std::optional<TemporalGoal> goal = {});
 
   const symbolic::Task& task() const { return *task_; }
-  /// The temporal goal is known to hold of no word at all.
+  /// No word at all satisfies the temporal goal.
   bool IsUnsatisfiable() const { return automaton_ && automaton_->IsTrap(ltl::LazyAutomaton::initial()); }
   /// 64-bit words of a state.
   size_t words() const { return task_->words() + (automaton_ ? 1 : 0); }
   /// The initial state, or that after BeginAfter(); empty if the goal is lost there already.
   std::optional<symbolic::State> Start();
-  /// These actions have been done: Start() is the state after them from now on. Before anything is made from
-  /// this product; they must be applicable one after another.
+  /// From now on Start() is the state after these actions, which must be applicable one after another. Call
+  /// it before anything is made from this product.
   void BeginAfter(std::vector<int> actions) { done_ = std::move(actions); }
   void FindApplicable(symbolic::StateView state, std::vector<int>& actions) const {
     task_->FindApplicable(state.first(task_->words()), actions);
@@ -59,7 +59,7 @@ class Product {
   bool Apply(int action, symbolic::StateView state, std::span<uint64_t> next);
   bool IsGoal(symbolic::StateView state) const;
 
-  /// The action is never applicable from now on. Before anything is made from this product.
+  /// From now on the action is never applicable. Call it before anything is made from this product.
   void Forbid(int action) {
     forbidden_.resize(task_->actions().size(), false);
     forbidden_[static_cast<size_t>(action)] = true;

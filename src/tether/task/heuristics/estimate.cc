@@ -8,18 +8,17 @@ namespace {
 
 using symbolic::Variable;
 
-constexpr size_t kMostPairs = 1000;         ///< Of values of a merge.
-constexpr size_t kMostWork = 20'000'000;    ///< Looks at an action and two variables.
-constexpr size_t kMostMerges = 4;           ///< That are tried.
-constexpr size_t kMostPayers = 20'000;      ///< Of a relaxation.
-constexpr size_t kMostTouched = 1'000'000;  ///< Operators in all evaluations of a climb.
-constexpr int64_t kWorthOfDeadEnd = int64_t{1}
-                                    << 40;  ///< More than any estimate: such a state is never seen again.
-constexpr size_t kHopeless = 500;           ///< Evaluations without a gain after which climbing ends.
-constexpr int64_t kLargeGain = 20;          ///< One part in so many.
-constexpr int64_t kLeastGain = 25;  ///< What gains less than one part in so many is not worth starting anew.
+constexpr size_t kMostPairs = 1000;                    ///< Of values of a merge.
+constexpr size_t kMostWork = 20'000'000;               ///< Comparisons of an action with two variables.
+constexpr size_t kMostMerges = 4;                      ///< That are tried.
+constexpr size_t kMostPayers = 20'000;                 ///< Of a relaxation.
+constexpr size_t kMostTouched = 1'000'000;             ///< Operators in all evaluations of a climb.
+constexpr int64_t kWorthOfDeadEnd = int64_t{1} << 40;  ///< More than any other estimate.
+constexpr size_t kHopeless = 500;   ///< Evaluations without a gain after which climbing ends.
+constexpr int64_t kLargeGain = 20;  ///< One part in this many.
+constexpr int64_t kLeastGain = 25;  ///< Directions that gain less than one part in this many are dropped.
 
-/// What each action has to do with a variable.
+/// Which actions read and which change a variable.
 struct Uses {
   std::vector<bool> asks, changes;  ///< By action.
   bool sometimes = false;           ///< A conditional effect changes it.
@@ -198,7 +197,7 @@ bool Estimate::Strengthen(std::span<const symbolic::State> samples,
   std::vector<Shift> done;
   sum = Climb(cut, samples, sum, max_evaluations, done);
   if (sum - before < std::max<int64_t>(before / kLeastGain, 1)) {
-    // Backwards: then no cost becomes negative on the way.
+    // Backwards, so that no cost becomes negative in between.
     std::reverse(done.begin(), done.end());
     for (const Shift& shift : done)
       cut.potentials->Shift(cut.potentials->directions()[shift.direction], -shift.change);

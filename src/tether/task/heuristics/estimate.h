@@ -14,9 +14,9 @@
 
 namespace tether::task {
 
-/// Never more than the cost from a state of the product to its goal, and kDeadEnd only where there is no way:
-/// the larger of the landmark cut, which sees the automaton's parts as facts, and the letters that the
-/// automaton still needs at the price of the cheapest action.
+/// An admissible estimate of the cost from a state of the product to its goal, kDeadEnd only where there is
+/// no plan: the larger of the landmark cut, which sees the automaton's parts as facts, and the number of
+/// letters that the automaton still needs times the cost of the cheapest action.
 class Estimate {
  public:
   static constexpr int64_t kDeadEnd = LandmarkCut::kDeadEnd;
@@ -25,23 +25,23 @@ class Estimate {
   Estimate(const Product& product, bool blind, bool unit_costs);
 
   int64_t Evaluate(symbolic::StateView state) { return Evaluate(state, {}, -1); }
-  /// The same, sooner, where `before` are the landmarks of the state before `action`, of the same
-  /// generation. The number may be another.
+  /// The same, computed faster from `before`, the landmarks of the state before `action`, of the same
+  /// generation. The estimate may differ.
   int64_t Evaluate(symbolic::StateView state, std::span<const int> before, int action);
   /// Of the last evaluation; empty if blind.
   std::span<const int> landmarks() const {
     return cut_ ? std::span<const int>(cut_->heuristic.landmarks()) : std::span<const int>();
   }
 
-  /// Looks for a merge of two variables, for parts of the automaton to be tracked and for potentials under
-  /// which `samples` are estimated higher in sum, in at most `max_evaluations`, and goes on with those if
-  /// they make a difference. `exchanges` are what may have been done to the states that are asked for:
+  /// Searches, in at most `max_evaluations`, for a merge of two variables, for parts of the automaton to be
+  /// tracked and for potentials that raise the sum of the estimates of `samples`, and uses them from then on
+  /// if they do. `exchanges` are those that may be applied to states before they are evaluated:
   /// Symmetry::Exchanges(). Depends on nothing but its arguments.
   bool Strengthen(std::span<const symbolic::State> samples,
                   const std::vector<symbolic::AtomPermutation>& exchanges, size_t max_evaluations);
   /// How often the estimate was strengthened. Landmarks of another generation are void.
   int generation() const { return generation_; }
-  /// Landmarks are actions, which may be exchanged as objects are.
+  /// Landmarks are actions, so that exchanges of objects apply to them.
   bool landmarks_are_actions() const { return generation_ == 0; }
 
  private:

@@ -63,7 +63,7 @@ int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> b
   return total;
 }
 
-/// Takes the costs of the landmarks that stay, and returns their sum.
+/// Subtracts the costs of the landmarks that are kept, and returns their sum.
 int64_t LandmarkCut::Keep(std::span<const int> before, int action) {
   int64_t total = 0;
   for (size_t i = 0; i < before.size();) {
@@ -132,7 +132,7 @@ void LandmarkCut::Explore(std::span<const int> facts) {
     if (cost != fact_cost_[f]) continue;
     for (int i = users_[f].begin; i < users_[f].end; ++i) {
       const int op = user_list_[static_cast<size_t>(i)];
-      // Facts come in the order of their costs: the last precondition is the dearest.
+      // Facts come in the order of their costs: the last precondition is the most expensive.
       Operator& known = operators_[static_cast<size_t>(op)];
       if (--known.missing > 0) continue;
       Support(fact, op);
@@ -142,7 +142,7 @@ void LandmarkCut::Explore(std::span<const int> facts) {
   }
 }
 
-/// Takes the cut's cost from its actions, and brings the facts' costs up to date.
+/// Subtracts the cut's cost from its actions, and updates the facts' costs.
 void LandmarkCut::Update(int64_t least) {
   stack_.clear();
   for (int op : cut_) stack_.push_back(payer_[static_cast<size_t>(op)]);
@@ -189,7 +189,7 @@ void LandmarkCut::Update(int64_t least) {
   }
 }
 
-/// Marks the facts from which the goal costs nothing any more.
+/// Marks the goal zone: the facts from which the goal costs nothing.
 void LandmarkCut::MarkGoalZone() {
   stack_.assign(1, relaxation_.goal());
   zone_[static_cast<size_t>(relaxation_.goal())] = Zone::kGoal;
@@ -209,7 +209,7 @@ void LandmarkCut::MarkGoalZone() {
   }
 }
 
-/// The operators that lead from what can be reached without entering the goal zone into it.
+/// The cut: the operators that lead into the goal zone from facts that are reachable outside of it.
 void LandmarkCut::FindCut(std::span<const int> facts) {
   cut_.clear();
   stack_.assign(facts.begin(), facts.end());

@@ -11,11 +11,11 @@
 namespace tether::task {
 
 /// The landmark-cut heuristic of Helmert and Domshlak (ICAPS 2009, section 5): an admissible estimate of the
-/// cost to the goal. Round after round, a set of actions is found of which every relaxed plan needs one; the
-/// least of their costs counts, and is taken from each of them.
+/// cost to the goal. Round after round, it finds a set of actions of which every relaxed plan needs one; the
+/// least of their costs is added to the estimate and subtracted from each of them.
 ///
-/// Several operators may have one payer (conditional effects): they pay from the same cost, so that one
-/// action is never counted twice.
+/// Several operators may share a payer (conditional effects) and thereby its cost, so that one action is
+/// never counted twice.
 class LandmarkCut {
  public:
   static constexpr int64_t kDeadEnd = std::numeric_limits<int64_t>::max();
@@ -35,8 +35,7 @@ class LandmarkCut {
   int64_t Evaluate(std::span<const int> facts) { return Evaluate(facts, {}, -1); }
 
   /// The same after `action`, where `before` are landmarks of the state before it: those without the action
-  /// still are landmarks, and only what they leave of the costs is cut anew (Pommerening and Helmert, ICAPS
-  /// 2013).
+  /// still are landmarks, and only the remaining costs are cut anew (Pommerening and Helmert, ICAPS 2013).
   int64_t Evaluate(std::span<const int> facts, std::span<const int> before, int action);
   /// Of the last evaluation.
   const Landmarks& landmarks() const { return landmarks_; }
@@ -56,11 +55,11 @@ class LandmarkCut {
   };
   enum class Zone : uint8_t { kNone, kGoal, kBefore };
 
-  /// What an evaluation knows of an operator.
+  /// An operator's state during an evaluation.
   struct Operator {
-    int64_t cost = 0;            ///< What is left of its payer's.
-    int64_t supporter_cost = 0;  ///< Of its dearest precondition.
-    int supporter = -1;          ///< Its dearest precondition.
+    int64_t cost = 0;            ///< What remains of its payer's.
+    int64_t supporter_cost = 0;  ///< Of its most expensive precondition.
+    int supporter = -1;          ///< Its most expensive precondition.
     int missing = 0;             ///< Preconditions not reached.
     int next = -1, before = -1;  ///< In the list of those with the same supporter.
   };
@@ -72,7 +71,7 @@ class LandmarkCut {
   std::vector<int> precondition_list_, add_list_, user_list_, adder_list_, of_payer_list_;
 
   std::vector<Operator> fresh_, operators_;
-  std::vector<int64_t> fact_cost_;  ///< The dearest way's cost (h_max).
+  std::vector<int64_t> fact_cost_;  ///< h_max.
   std::vector<int> supported_;      ///< Per fact: the first operator that it supports.
   std::vector<Zone> zone_;
   RelaxedQueue queue_;

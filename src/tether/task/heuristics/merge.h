@@ -14,14 +14,14 @@ inline size_t CountValues(const symbolic::Variable& variable) {
   return variable.atoms.size() + (variable.exactly_one ? 0 : 1);
 }
 size_t FindValue(const symbolic::Variable& variable, symbolic::StateView state);
-/// The value after `action`, from `value` on; none if that can't be. For actions that change the variable
-/// always or never.
+/// The value after `action`, applied at `value`; none if it is not applicable there. For actions that change
+/// the variable always or never.
 std::optional<size_t> ValueAfter(const symbolic::Variable& variable, const symbolic::GroundAction& action,
                                  size_t value);
-/// By value, whether it may hold together with `literals`.
+/// Per value, whether it may hold together with `literals`.
 std::vector<bool> FindPossible(const symbolic::Variable& variable, const symbolic::Mutexes& mutexes,
                                const std::vector<int>& literals);
-/// What holds where the variable has the value.
+/// Appends the literals that hold where the variable has the value.
 void AppendLiterals(const symbolic::Variable& variable, size_t value, std::vector<int>& literals);
 
 bool Contains(const std::vector<int>& list, int item);
@@ -29,8 +29,8 @@ bool Asks(const symbolic::GroundAction& action, const symbolic::Variable& variab
 bool Changes(const symbolic::GroundEffect& effect, const symbolic::Variable& variable);
 bool Changes(const symbolic::GroundAction& action, const symbolic::Variable& variable);
 
-/// Two variables of a task taken as one whose values are pairs: where the hand is and what it holds. What is
-/// true of both at once is then not forgotten when nothing is deleted.
+/// The product of two variables of a task, with pairs as values: where the hand is and what it holds. So the
+/// relaxation keeps facts about both at once.
 struct Merge {
   symbolic::Variable first, second;  ///< Without common atoms. No conditional effect changes them.
 
@@ -43,13 +43,13 @@ struct Merge {
   }
 };
 
-/// A part of the goal's automaton taken as one with the variable that it is about: how often an object must
-/// come somewhere is then not forgotten. A value of the variable that some pair of a merge implies is told
-/// apart by these pairs: in the hand, where the hand is.
+/// The product of a part of the goal's automaton and the variable that it is about, so that the relaxation
+/// keeps how often an object must come somewhere. A value that is implied by pairs of a merge is split by
+/// these pairs: in the hand, where the hand is.
 class Tracking {
  public:
-  /// None if the part is not compiled, a conditional effect changes the variable, or its value does not say
-  /// which of the propositions are true that the part reads.
+  /// None if the part is not compiled, a conditional effect changes the variable, or its value does not
+  /// determine the propositions that the part reads.
   static std::optional<Tracking> Make(const Product& product, int part, const symbolic::Variable& variable,
                                       const std::optional<Merge>& merge, const symbolic::Mutexes& mutexes);
 
@@ -67,9 +67,9 @@ class Tracking {
   size_t Entry(size_t state, size_t value) const { return state * values() + value; }
   size_t Value(size_t entry) const { return entry % values(); }
   size_t State(size_t entry) const { return entry / values(); }
-  /// Somewhere the automaton comes to this state by reading this value.
+  /// Some transition into this state reads this value.
   bool IsPossible(size_t entry) const { return possible_[entry]; }
-  /// The state that reads `value` next, with it; none if the goal is lost there.
+  /// The entry after `state` reads `value`; none if the goal is lost there.
   std::optional<size_t> After(size_t state, size_t value) const;
   /// `merge` is the one that it was made with.
   size_t Find(const Product& product, const Merge* merge, symbolic::StateView state) const;

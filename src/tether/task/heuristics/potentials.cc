@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "tether/common/limits.h"
+
 namespace tether::task {
 namespace {
 
@@ -22,6 +24,7 @@ Potentials::Potentials(const Product& product, const Relaxation& relaxation, con
   weights_.assign(static_cast<size_t>(atoms_) + pairs, 0);
   payers_of_.resize(weights_.size());
   for (const Relaxation::Payer& payer : relaxation.payers()) {
+    PollLimits();
     const int index = static_cast<int>(changes_.size());
     FindChanges(payer, changes_.emplace_back());
     for (const Change& change : changes_.back()) {
@@ -76,7 +79,7 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
     if (holds(atom)) changes.push_back({{atom, -1}});
   }
   std::erase_if(deletes, holds);
-  // Of those that may hold, one at most does if they are values of a variable.
+  // If they are values of one variable, at most one of them holds.
   for (const Variable& variable : variables_) {
     if (deletes.size() < 2) break;
     Change change;
@@ -105,7 +108,7 @@ void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>
   }
 }
 
-/// Sets of features of which a goal state has one choice at most.
+/// Groups of choices (sets of features): at most one choice of a group holds in a goal state.
 void Potentials::FindGroups() {
   std::vector<int> literals;
   if (product_.automaton() == nullptr) literals = symbolic::NecessaryLiterals(product_.task().goal());
@@ -204,6 +207,7 @@ int64_t Potentials::GoalBound() const {
 }
 
 bool Potentials::Shift(std::span<const int> features, int64_t step) {
+  PollLimits();  // Here nothing is half done.
   for (int feature : features) weights_[static_cast<size_t>(feature)] += step;
   bool valid = true;
   for (int feature : features) {

@@ -11,15 +11,14 @@
 
 namespace tether::task {
 
-/// Weights on what holds in a state, and what actions cost when they pay for its change: c'(a) = c(a) plus
-/// the weights of what `a` makes true, less those of what it ends. Along a plan the weights telescope, so a
-/// lower bound under the costs c' plus Offset() bounds the cost of the plan (Pommerening, Helmert, Röger and
-/// Seipp, AAAI 2015: potentials and general cost partitioning). So costs move to where a relaxation sees
-/// them: if being at the hub weighs 1, leaving it pays for coming back, and each region that is visited
-/// counts both ways.
+/// Weights on features of a state, and the changed costs of actions: c'(a) = c(a) plus the weights of the
+/// features that `a` makes true, less those that it ends. Along a plan the weights telescope, so a lower
+/// bound under the costs c' plus Offset() bounds the cost of the plan (Pommerening, Helmert, Röger and Seipp,
+/// AAAI 2015: potentials and general cost partitioning). So costs move to where a relaxation sees them: if
+/// being at the hub weighs 1, leaving it includes the cost of coming back, and each visit of a region counts
+/// both moves.
 ///
-/// What can bear a weight, called a feature: each atom that is not derived, and each pair of values of the
-/// relaxation's merge.
+/// Features are the atoms that are not derived, and the pairs of values of the relaxation's merge.
 class Potentials {
  public:
   /// All must outlive this.

@@ -177,7 +177,7 @@ void Relaxation::AddAction(const Context& context) {
   AddOperator(own, context.needed, std::move(always));
 }
 
-/// Takes away what a pair says anyway.
+/// Drops facts that a pair implies.
 void Relaxation::DropFacts(const symbolic::Variable& variable, std::vector<int>& facts) const {
   for (int atom : variable.atoms) {
     std::erase(facts, positive_[static_cast<size_t>(atom)]);
@@ -185,7 +185,7 @@ void Relaxation::DropFacts(const symbolic::Variable& variable, std::vector<int>&
   }
 }
 
-/// The action once for each pair of values that it may be taken from.
+/// The action once for each pair of values at which it may be applicable.
 void Relaxation::SplitByMerge(std::vector<Context>& contexts) const {
   if (!merge_) return;
   const int index = contexts.front().payer.action;
@@ -235,7 +235,7 @@ void Relaxation::SplitByTracking(size_t index, std::vector<Context>& contexts) c
     for (size_t value = 0; value < tracking.values(); ++value) {
       const size_t base = tracking.Base(value);
       if (!possible[base]) continue;
-      // Where the pair is known, it says which value this is.
+      // A known pair determines the value.
       if (context.payer.from >= 0 && (implied ? value != *implied : tracking.IsImplied(value))) continue;
       const auto base_after = ValueAfter(tracking.variable(), action, base);
       if (!base_after) continue;
@@ -305,11 +305,12 @@ void Relaxation::AddAutomaton() {
     for (const ltl::AutomatonEdge& edge : automaton->Edges(ltl::GuardForms::kShort)) {
       if (edge.from == edge.to || automaton->IsTrap(edge.to)) continue;
       const int from = states[static_cast<size_t>(edge.from)], to = states[static_cast<size_t>(edge.to)];
-      if (!edge.has_guard && !edge.has_clauses) {  // Nothing is asked for, which is a relaxation too.
+      if (!edge.has_guard && !edge.has_clauses) {  // No precondition, which is a relaxation too.
         AddOperator(kFree, {from}, {to});
         continue;
       }
-      // Clause by clause, what each asks for is a landmark of its own; a choice between cubes blurs that.
+      // Clause by clause: the needs of each clause are a landmark of their own; a choice between cubes is
+      // weaker.
       const bool many_clauses = edge.clauses.size() > edge.guard.size() + kManyClauses;
       if (!edge.has_clauses || (edge.has_guard && (edge.guard.size() == 1 || many_clauses))) {
         for (const ltl::Cube& cube : edge.guard) {
@@ -342,7 +343,7 @@ void Relaxation::AddAutomaton() {
   AddOperator(kFree, std::move(all_accept), {goal_});
 }
 
-/// What becomes of a part while other actions are taken, and where it accepts.
+/// The transitions of a part under other actions, and its acceptance.
 int Relaxation::AddTracked(const Tracking& tracking, const std::vector<int>& facts) {
   const ltl::Automaton& automaton = *product_.automaton()->PartAutomaton(tracking.part());
   const int accepts = AddFact();

@@ -11,16 +11,16 @@
 
 namespace tether::task {
 
-/// A product without deletion, for heuristics: facts only ever become true. Facts are atoms, negated atoms
-/// (as far as something asks for them), states of the automaton's parts, and auxiliary ones for disjunctions.
+/// The delete relaxation of a product, for heuristics: facts only ever become true. Facts are atoms, negated
+/// atoms (as far as something asks for them), states of the automaton's parts, and auxiliary ones for
+/// disjunctions.
 ///
 /// An action becomes one operator, and one more for each conditional effect; they share a payer, so that the
-/// action's cost is paid once. With a merge, an action that is about both variables or changes one of them
-/// becomes such a payer for each pair of values that it may be taken from; with tracking, one that changes a
-/// tracked variable for each state of the part. Axioms, disjunctions and the
-/// transitions of the automaton's parts become operators without cost. Negated derived atoms count as true,
-/// and so do parts that have no automaton: both only relax more. What can't contribute to the goal is left
-/// out.
+/// action's cost counts once. With a merge, an action that is about both variables or changes one of them
+/// becomes a payer for each pair of values at which it may be applicable; with tracking, one that changes a
+/// tracked variable for each state of the part. Axioms, disjunctions and the transitions of the automaton's
+/// parts become operators without cost. Negated derived atoms count as true, and so do parts that have no
+/// automaton: both only relax further. What can't contribute to the goal is left out.
 class Relaxation {
  public:
   struct Operator {
@@ -56,10 +56,11 @@ class Relaxation {
   void FindFacts(symbolic::StateView state, std::vector<int>& facts) const;
 
  private:
-  static constexpr int kTrue = 0;   ///< The fact that always holds.
-  static constexpr int kFree = -1;  ///< The payer of what costs nothing, while others are still added.
+  static constexpr int kTrue = 0;  ///< The fact that always holds.
+  static constexpr int kFree =
+      -1;  ///< Placeholder for the payer of operators without cost, until all payers are known.
 
-  /// From where an action is taken: what it needs and makes true there.
+  /// An action at certain values of merge and trackings: what it needs and makes true there.
   struct Context {
     Payer payer;
     std::vector<int> needed, made;  ///< Facts; `made` are those of pairs.

@@ -11,7 +11,7 @@ RelaxedPlan::RelaxedPlan(const Relaxation& relaxation)
       users_[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
     }
   }
-  // Where costs differ, each step counts too: a cheap plan that never ends is of no use here.
+  // Where costs differ, each step counts too, against long plans of cheap actions.
   costs_.pop_back();
   if (std::any_of(costs_.begin(), costs_.end(), [](int64_t cost) { return cost != 1; })) {
     for (int64_t& cost : costs_) ++cost;

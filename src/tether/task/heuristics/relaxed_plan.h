@@ -11,7 +11,7 @@
 namespace tether::task {
 
 /// The heuristic of the FF planner (Hoffmann and Nebel, JAIR 2001), with supporters chosen by additive costs:
-/// the cost of a plan that ignores deletion. Not admissible; fast and telling.
+/// the cost of a plan of the delete relaxation. Not admissible; fast and informative.
 class RelaxedPlan {
  public:
   static constexpr int64_t kDeadEnd = std::numeric_limits<int64_t>::max();

@@ -46,8 +46,8 @@ struct Found {
   SearchStatus ended = SearchStatus::kFound;
 };
 
-/// All that a search yields, which must come in the order of cost. With `stops`, it is asked for nothing dear
-/// first, and interrupted now and then.
+/// All that a search yields, which must come in the order of cost. With `stops`, it is given a limit on the
+/// cost first, and interrupted now and then.
 Found Enumerate(const std::shared_ptr<const Task>& task, const std::optional<TemporalGoal>& goal,
                 const SkeletonOptions& options, bool stops = false) {
   SkeletonSearch search(std::make_unique<Product>(task, goal), options);

@@ -11,7 +11,7 @@
 namespace tether::task {
 namespace {
 
-/// How much sooner preferred actions come after each progress.
+/// Priority that the list of preferred actions gains at each progress.
 constexpr int64_t kBoost = 1000;
 
 class Greedy {

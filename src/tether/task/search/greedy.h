@@ -17,7 +17,7 @@ struct GreedyResult {
 
 /// Finds some skeleton fast: greedy best-first search by the FF heuristic, where states are evaluated when
 /// they are expanded and wait under their parents' estimates, and actions of relaxed plans are tried first
-/// (Richter and Helmert, ICAPS 2009). SearchLimits::max_cost is not looked at.
+/// (Richter and Helmert, ICAPS 2009). Ignores SearchLimits::max_cost.
 GreedyResult FindGreedily(Product& product, const SearchLimits& limits = {}, size_t max_states = 20'000'000);
 
 }  // namespace tether::task

@@ -8,16 +8,16 @@
 
 namespace tether::task {
 
-/// The states themselves where a graph's states stand for several: made as a walk comes to them, each once,
-/// with the state of the graph that stands for it.
+/// The product's states where a graph's states are representatives: created as a walk reaches them, each
+/// once, with its representative in the graph.
 class LiftedStates {
  public:
   /// Both must outlive this. State 0 is the start, which must exist.
   LiftedStates(Product& product, StateGraph& graph);
 
-  /// What stands for `state` in the graph.
+  /// The representative of `state` in the graph.
   int base(int state) const { return base_[static_cast<size_t>(state)]; }
-  /// The actions from `state` in the task's order, if the graph has expanded what stands for it.
+  /// The actions from `state` in the task's order, if the graph has expanded its representative.
   std::span<const StateGraph::Edge> Edges(int state);
 
  private:

@@ -1,4 +1,4 @@
-// What does not matter for the goal: here beside the searches that show it.
+// Facts that are irrelevant to the goal: tested here beside the searches that show it.
 
 #include "tether/symbolic/grounding/relevance.h"
 

@@ -40,7 +40,7 @@ std::optional<std::vector<std::string>> Replanner::Find(const std::vector<std::s
   task::SkeletonOptions options;
   options.max_states = kMaxStates;
   options.first_at_once = true;
-  options.symmetry = false;  // what is blocked for one object need not be for another
+  options.symmetry = false;  // an action blocked for one object need not be for another
   task::SkeletonSearch search(std::move(product), options);
   for (const auto& [state, action] : blocked_) {
     if (state != *start) continue;

@@ -11,12 +11,12 @@
 
 namespace tether::task {
 
-/// What else can be done when an action of a running plan can't: asks the task search again, from the state
-/// that the plan has come to. The blocked action is a conflict of that state; when it is blocked for the
-/// second time, it is one anywhere. Deterministic: the search ends at a number of states, not at a time.
+/// Finds other actions when an action of a running plan fails: searches the task again from the plan's
+/// present state. The blocked action is a conflict in that state; when it is blocked a second time, it is one
+/// anywhere. Deterministic: the search ends at a number of states, not at a time.
 class Replanner {
  public:
-  /// A temporal `goal` takes the place of the task's own.
+  /// A temporal `goal` replaces the task's own.
   Replanner(std::shared_ptr<const symbolic::Task> task, std::optional<task::TemporalGoal> goal);
 
   /// The cheapest actions from after `done` to the goal that don't begin with `blocked`; empty, with the

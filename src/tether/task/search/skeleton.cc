@@ -84,8 +84,8 @@ std::optional<SearchStatus> SkeletonSearch::CheckLimits(const SearchLimits& limi
   return limit ? std::optional(StatusOf(*limit)) : std::nullopt;
 }
 
-/// Explores far enough for skeletons of the next cost that may have some, or says why that can't be. kFound:
-/// the first one is there already.
+/// Explores far enough for skeletons of the next cost that may have some, or returns why that is not
+/// possible. kFound: the first one is known already.
 std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) {
   const double most = limits.max_cost ? *limits.max_cost : std::numeric_limits<double>::infinity();
   while (true) {
@@ -119,7 +119,7 @@ void SkeletonSearch::StartLevel(int64_t cost) {
   }
   may_come_at_once_ = false;
   level_ = cost;
-  // Beyond the explored part anything may lie.
+  // Nothing is known beyond the explored part.
   next_level_ = graph_.bound();
   if (graph_.symmetry() != nullptr && !lifted_ && graph_.states() > 0)
     lifted_ = std::make_unique<LiftedStates>(*product_, graph_);

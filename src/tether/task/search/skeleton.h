@@ -25,8 +25,8 @@ struct Skeleton {
 };
 
 struct SkeletonOptions {
-  int max_actions = 0;             ///< Longest skeleton; 0: no limit.
-  bool skip_revisits = true;       ///< Skip sequences that come back to a symbolic state.
+  int max_actions = 0;             ///< Length of the longest skeleton; 0: no limit.
+  bool skip_revisits = true;       ///< Skip sequences that return to a symbolic state.
   size_t max_states = 20'000'000;  ///< Symbolic states held in memory, at most.
   bool blind = false;              ///< Dijkstra's algorithm instead of A* with landmark cuts.
   bool unit_costs = false;         ///< Each action costs 1, whatever the problem says.
@@ -34,24 +34,24 @@ struct SkeletonOptions {
   bool symmetry = true;
   /// Expansions after which the estimates are made stronger, if not blind; 0: never. Changes no result.
   uint64_t strengthen_after = 250;
-  /// Yield a cheapest skeleton as soon as it is known to be one, before others of the same cost are looked
-  /// for.
+  /// Yield a cheapest skeleton as soon as it is proved to be one, before others of the same cost are
+  /// searched.
   bool first_at_once = false;
 
-  /// Throws InputError naming the field that makes no sense.
+  /// Throws InputError naming the field that is not valid.
   void Validate() const;
 };
 
 /// When to stop looking for the next skeleton. A search that was stopped can be continued.
 struct SearchLimits : Limits {
-  std::optional<double> max_cost = std::nullopt;  ///< Nothing dearer for now.
+  std::optional<double> max_cost = std::nullopt;  ///< Nothing more expensive for now.
 };
 
 enum class SearchStatus {
   kFound,
-  kExhausted,  ///< Proved: there is no other skeleton (of those that don't come back to a state, if these are
-               ///< skipped).
-  kPruned,     ///< None is left, but conflicts that were not proved ruled some out.
+  kExhausted,    ///< Proved: there is no other skeleton (none without return to a state, if others are
+                 ///< skipped).
+  kPruned,       ///< None is left, but conflicts that were not proved ruled some out.
   kDepthLimit,   ///< None is left within `max_actions` and `max_cost`; there may be others.
   kStateLimit,   ///< `max_states` was reached.
   kTimeLimit,    ///< The deadline passed.
@@ -80,8 +80,8 @@ struct SearchOutcome {
 /// SkeletonOptions::first_at_once). None comes twice, and none within the limits is left out. To this end the
 /// state graph is explored by A* only as far as skeletons of the next cost may lead, each state once;
 /// distances to the goal within that part are exact for these skeletons, so the enumeration by increasing
-/// cost turns into blind alleys only where a sequence would have to come back to one of its states. Where the
-/// graph's states stand for several, the enumeration goes through these.
+/// cost meets dead ends only where a sequence would have to return to one of its states. Where the graph's
+/// states are representatives, the enumeration goes through the states that they represent.
 class SkeletonSearch {
  public:
   explicit SkeletonSearch(std::shared_ptr<const symbolic::Task> task, SkeletonOptions options = {});
@@ -92,12 +92,11 @@ class SkeletonSearch {
   SearchOutcome Next(const SearchLimits& limits = {});
 
   /// From now on, yields nothing that begins with the conflict's prefix, or, if its last action fails
-  /// anywhere, has that action. What was explored stays so: where much depends on such an action, a new
-  /// search whose product forbids it finds more quickly what is left.
+  /// anywhere, has that action. What was explored is kept: where many sequences have such an action, a new
+  /// search whose product forbids it is faster.
   void AddConflict(const Conflict& conflict);
 
-  /// Explores what is left of the product, beyond goals too; null when all of it is known. No Next() after
-  /// this.
+  /// Explores the rest of the product, beyond goals too; null when all of it is known. No Next() after this.
   std::optional<SearchStatus> ExploreAll(const SearchLimits& limits = {});
 
   const symbolic::Task& task() const { return product_->task(); }
@@ -110,7 +109,7 @@ class SkeletonSearch {
  private:
   struct Frame {
     int state = -1;
-    std::span<const StateGraph::Edge> edges;  ///< Those to be tried yet.
+    std::span<const StateGraph::Edge> edges;  ///< Those not tried yet.
     int rule = -1;                            ///< Node of the tree of forbidden prefixes, -1 when off it.
     int64_t cost = 0;                         ///< So far.
   };
@@ -120,7 +119,7 @@ class SkeletonSearch {
   SearchStatus NothingLeft() const;
   bool IsForbidden(const std::vector<int>& actions) const;
   void StartLevel(int64_t cost);
-  /// The state of the graph that stands for a state of the walk.
+  /// The representative in the graph of a state of the walk.
   int Base(int state) const { return lifted_ ? lifted_->base(state) : state; }
   void Push(int state, int rule, int64_t cost);
   void Pop();
@@ -130,7 +129,7 @@ class SkeletonSearch {
   std::unique_ptr<Product> product_;
   SkeletonOptions options_;
   StateGraph graph_;
-  std::unique_ptr<LiftedStates> lifted_;  ///< What the walk goes through, where states stand for several.
+  std::unique_ptr<LiftedStates> lifted_;  ///< The states of the walk, where the graph has representatives.
   double unit_ = 1;                       ///< Of costs.
   bool every_action_costs_1_ = true;
   std::vector<int64_t> distance_;  ///< To the goal, per state of the graph.

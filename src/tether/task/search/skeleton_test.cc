@@ -82,7 +82,7 @@ TEST(SkeletonTest, HanoiHasTwoCandidatesOfFourteenActions) {
   EXPECT_EQ(last, SearchStatus::kDepthLimit);
 }
 
-/// The slow, obvious search: grows every sequence by every action, breadth first.
+/// The oracle: extends every sequence by every action, breadth first.
 std::vector<std::string> GrowTree(const symbolic::Problem& problem, int max_actions, bool skip_revisits,
                                   size_t max_nodes, bool* complete) {
   struct Node {
@@ -189,7 +189,7 @@ TEST(SkeletonTest, AgreesWithTheTreeOnGripper) {
 }
 
 TEST(SkeletonTest, EnumeratesUntilNothingIsLeft) {
-  // Without a limit: every way that never comes back to a state, then the proof that there is no other.
+  // Without a limit: every sequence that never returns to a state, then the proof that there is no other.
   SkeletonSearch search(Task::Ground(RandomGripper(4, 3, 1)));
   SearchStatus last;
   const std::vector<std::string> found = All(search, &last);
@@ -273,7 +273,7 @@ TEST(SkeletonTest, ConflictsThatGaveUpAreNoProof) {
 }
 
 TEST(SkeletonTest, ActionsThatWereGivenUpAnywhereAreNoProof) {
-  // Each action in turn fails wherever it stands, until no sequence is left.
+  // Each action in turn fails anywhere, until no sequence is left.
   const auto task = Task::Ground(RandomGripper(4, 3, 1));
   for (const auto kind : {Conflict::Kind::kProved, Conflict::Kind::kGaveUp}) {
     SkeletonSearch search(task);

@@ -13,10 +13,10 @@ namespace {
 /// 256 MB; when they are full, later states are estimated from the beginning.
 constexpr size_t kMostLandmarks = size_t{1} << 26;
 
-/// States for whose sake the estimates are made stronger.
+/// The number of sample states for which the estimates are strengthened.
 constexpr size_t kSamples = 16;
 constexpr size_t kMostEvaluations = 5000;
-/// How many times as many expansions later that is tried again.
+/// Factor on the number of expansions after which that is tried again.
 constexpr uint64_t kStrengthenAgain = 16;
 
 }  // namespace
@@ -51,7 +51,7 @@ int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int pare
       (!exchanged || (symmetry_->maps_actions() && estimate_.landmarks_are_actions()))) {
     const Node& known = nodes_[static_cast<size_t>(parent)];
     before = {landmarks_.data() + known.first_landmark, static_cast<size_t>(known.landmark_count)};
-    // They speak of objects that are exchanged now.
+    // They are about objects that are exchanged now.
     if (exchanged) {
       mapped_.assign(before.begin(), before.end());
       for (size_t i = 0; i < mapped_.size();) {
@@ -102,7 +102,7 @@ int64_t StateGraph::bound() {
     std::pop_heap(open_.begin(), open_.end(), Worse());
     open_.pop_back();
     if (!is_current) continue;
-    // Estimated before the estimates became stronger.
+    // Estimated before the estimates were strengthened.
     const int64_t before = node.estimate;
     node.estimate = std::max(before, EstimateCost(table_[top.state], node, -1, -1, false));
     if (node.estimate != Estimate::kDeadEnd)
@@ -112,7 +112,7 @@ int64_t StateGraph::bound() {
 }
 
 uint64_t StateGraph::NextNumber() {
-  // Among equals the latest: it goes on where the search just was. A blind search has no such hope.
+  // Ties go to the latest state, which continues the search where it just was; not in a blind search.
   const uint64_t number = options_.blind ? pushed_ : ~pushed_;
   ++pushed_;
   return number;
@@ -194,7 +194,8 @@ std::vector<int> StateGraph::PathTo(int state) {
   }
   std::reverse(actions.begin(), actions.end());
   if (!symmetry_) return actions;
-  // From the start as it is, where each step has an image that leads to what the next state stands for.
+  // From the start itself: each step of the path has an image that leads to a state with the next
+  // representative.
   std::reverse(states.begin(), states.end());
   symbolic::State now = *product_.Start(), next(now.size());
   for (size_t i = 0; i < actions.size(); ++i) {

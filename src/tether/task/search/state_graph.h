@@ -15,8 +15,8 @@ namespace tether::task {
 /// Nilsson and Raphael, 1968). A state that is reached again at less cost is expanded again, because landmark
 /// cuts are not consistent. Goal states are not expanded: a skeleton ends there.
 ///
-/// With `symmetry`, states that interchangeable objects make equal are one, which stands for all of them: the
-/// graph's states are representatives, and its edges lead to those of what an action brings about.
+/// With `symmetry`, states that differ only by an exchange of interchangeable objects are one: the graph's
+/// states are representatives, and its edges lead to the representatives of an action's results.
 class StateGraph {
  public:
   static constexpr int64_t kFar = std::numeric_limits<int64_t>::max();
@@ -29,19 +29,20 @@ class StateGraph {
     bool blind = false;       ///< Without a heuristic: Dijkstra's algorithm.
     bool unit_costs = false;  ///< Each action costs 1: breadth-first if blind.
     bool symmetry = false;    ///< States that only exchange objects are one.
-    /// After so many expansions the estimates are made stronger, which takes about as long again; never if 0.
+    /// After this many expansions the estimates are strengthened, which needs about as much time again; never
+    /// if 0.
     uint64_t strengthen_after = 250;
   };
 
   /// `product` must outlive the graph.
   StateGraph(Product& product, const Options& options);
 
-  /// No plan through a state that is not expanded costs less; kFar when all is known.
+  /// A lower bound on the cost of plans through states that are not expanded; kFar if there are none.
   int64_t bound();
   /// Expands the next state and returns it; bound() must not be kFar. A goal state is only noted.
   int ExpandNext();
-  /// Expands a state that never was, goal states too, only to see all that can be reached; false when no
-  /// state is left. Does not count, and of costs nothing is known afterwards.
+  /// Expands a state that was not expanded, goal states too, to find all that is reachable; false when none
+  /// is left. Not counted; costs are not valid afterwards.
   bool ExpandBeyondGoals();
 
   size_t states() const { return table_.size(); }
@@ -52,9 +53,9 @@ class StateGraph {
   /// long as this does.
   uint64_t closed() const { return closed_; }
 
-  /// Null if no two states are taken for one.
+  /// Null if no states are identified.
   const Symmetry* symmetry() const { return symmetry_.get(); }
-  /// The number of the state that stands for `state`, which is overwritten by it; -1 if it was not reached.
+  /// The number of the representative of `state`, which is overwritten by it; -1 if it was not reached.
   int Find(std::span<uint64_t> state) {
     if (symmetry_) symmetry_->Canonicalize(state);
     return table_.Find(state);
@@ -64,7 +65,7 @@ class StateGraph {
   symbolic::StateView state(int index) const { return table_[index]; }
   bool is_goal(int state) const { return nodes_[static_cast<size_t>(state)].is_goal; }
   bool is_closed(int state) const { return nodes_[static_cast<size_t>(state)].is_closed; }
-  /// The cheapest way found to `state`: its cost, and its actions.
+  /// The cheapest path found to `state`: its cost, and its actions.
   int64_t cost(int state) const { return nodes_[static_cast<size_t>(state)].cost; }
   std::vector<int> PathTo(int state);
   /// Least cost of the goal states met by ExpandNext(), kFar if there is none.
@@ -73,7 +74,7 @@ class StateGraph {
   /// The actions from an expanded state, in the task's order; none from others. Call FindEdges() first.
   const Edge* begin_edges(int state) const { return edges_.data() + first_edge_[static_cast<size_t>(state)]; }
   const Edge* end_edges(int state) const { return edges_.data() + end_edge_[static_cast<size_t>(state)]; }
-  /// Least cost from each state to a goal state over the expanded part, kFar if there is no way. Finds the
+  /// Least cost from each state to a goal state over the expanded part, kFar if there is no path. Finds the
   /// edges too.
   std::vector<int64_t> GoalDistances();
 
@@ -105,7 +106,7 @@ class StateGraph {
   void Push(int state, uint64_t number);
   void Strengthen();
   int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action, bool exchanged);
-  /// `state` is overwritten by what stands for it.
+  /// `state` is overwritten by its representative.
   void Reach(std::span<uint64_t> state, int64_t cost, int parent, int action);
   void Expand(int state);
   void FindEdges();

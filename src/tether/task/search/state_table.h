@@ -17,7 +17,7 @@ class StateTable {
   /// -1 if it never came.
   int Find(symbolic::StateView state) const { return slots_[Probe(state)]; }
   size_t size() const { return size_; }
-  /// Good until the next Insert().
+  /// Valid until the next Insert().
   symbolic::StateView operator[](int index) const {
     return {words_.data() + static_cast<size_t>(index) * width_, width_};
   }

@@ -12,7 +12,7 @@ namespace {
 using symbolic::Atom;
 using symbolic::GroundFormula;
 
-// What looking for exchanges may cost, in formulas and atoms looked at: some 0.5 s.
+// The limit on the search for exchanges, in formulas and atoms visited: some 0.5 s.
 constexpr size_t kMostWork = 15'000'000;
 
 /// A formula as numbers, the same for all orders of its operands.
@@ -138,7 +138,7 @@ class ExchangeTest {
     return code;
   }
 
-  /// Those that don't speak of either object do.
+  /// Actions and atoms about neither object are mapped to themselves.
   bool ActionsStay() {
     for (const auto* list : {&actions_of_[static_cast<size_t>(a_)], &actions_of_[static_cast<size_t>(b_)]}) {
       for (int index : *list) {
@@ -227,7 +227,7 @@ class ExchangeTest {
   const Product& product_;
   const symbolic::Task& task_;
   std::map<std::pair<int, std::vector<int>>, int> index_;  ///< Of actions, by schema and arguments.
-  std::vector<std::vector<int>> actions_of_, atoms_of_;    ///< By object that they speak of.
+  std::vector<std::vector<int>> actions_of_, atoms_of_;    ///< By object that they are about.
   std::vector<Code> codes_;                                ///< Of the actions as they are.
   std::vector<int> image_;                                 ///< Of the atoms; empty: themselves.
   int a_ = -1, b_ = -1;
@@ -369,7 +369,7 @@ std::vector<symbolic::AtomPermutation> Symmetry::Exchanges() const {
   return exchanges;
 }
 
-/// What is true of each object of the class, as words of bits.
+/// The atoms that hold of each object of the class, as words of bits.
 void Symmetry::ReadBits(const Class& one, symbolic::StateView state) {
   const size_t count = one.objects.size(), words = (one.patterns + 63) / 64;
   bits_.assign(count * words, 0);
@@ -390,7 +390,7 @@ double Symmetry::OrbitSize(symbolic::StateView state) {
     std::map<std::vector<uint64_t>, int> alike;
     for (size_t i = 0; i < count; ++i) {
       const uint64_t* own = bits_.data() + i * words;
-      // The i-th has i + 1 places to go, of which those among its likes make no difference.
+      // The i-th has i + 1 places to go, of which those among its equals make no difference.
       size *= static_cast<double>(i + 1) / ++alike[{own, own + words}];
     }
   }

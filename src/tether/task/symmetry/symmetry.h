@@ -15,17 +15,17 @@ namespace tether::task {
 symbolic::State ExchangeObjects(const symbolic::Task& task, symbolic::StateView state, int a, int b);
 
 /// Objects of a product that are interchangeable: exchanging two of them everywhere maps the task onto
-/// itself, its goal included, wherever they are at the start. Then states that differ only by such an
-/// exchange are equally far from the goal, and one of them is enough to search through (Pochter, Zohar and
+/// itself, its goal included, whatever their initial state. States that differ only by such an exchange have
+/// the same distance to the goal, so that only one of them needs to be searched (Pochter, Zohar and
 /// Rosenschein, AAAI 2011; Domshlak, Katz and Shleyfman, ICAPS 2012).
 ///
-/// Only exchanges are looked for that take each ground action to one with the image of its condition, effects
-/// and cost, each axiom to one, the goal to itself, and, of a temporal goal, each subformula without temporal
-/// operators to itself: so the automaton's state stays as it is.
+/// An exchange must map each ground action to one with the image of its condition, effects and cost, each
+/// axiom to one, the goal to itself, and, of a temporal goal, each subformula without temporal operators to
+/// itself: so the automaton's state stays as it is.
 ///
-/// Of the classes of interchangeable objects as many are used as leave each atom with one such object at
-/// most: then sorting the objects of a class by what is true of them gives each state the same
-/// representative as all its images.
+/// As many classes of interchangeable objects are used as leave at most one such object in each atom: then
+/// sorting the objects of a class by what is true of them gives each state the same representative as all its
+/// images.
 class Symmetry {
  public:
   /// `product` must outlive this.
@@ -36,16 +36,16 @@ class Symmetry {
   /// The classes that are used, as indices into Problem::objects.
   std::vector<std::vector<int>> Classes() const;
 
-  /// Replaces a state by the representative of all that it can be exchanged into; true if it is another one.
+  /// Replaces a state by the representative of its orbit; true if that is another state.
   bool Canonicalize(std::span<uint64_t> state);
   /// How many states, itself included, have the representative of `state`.
   double OrbitSize(symbolic::StateView state);
 
-  /// What becomes of the atoms by exchanging the first two of a class, and by moving all of them on by one:
-  /// all exchanges are made of these.
+  /// Generators of all exchanges, as permutations of atoms: per class, the exchange of the first two objects,
+  /// and the cyclic shift of all.
   std::vector<symbolic::AtomPermutation> Exchanges() const;
 
-  /// Image() can be asked for.
+  /// Image() is available.
   bool maps_actions() const { return maps_actions_; }
   /// The action that `action` becomes by the exchange that the last Canonicalize() made.
   int Image(int action) const;
@@ -56,10 +56,10 @@ class Symmetry {
     std::vector<int> objects;
     std::vector<int> atoms;
     size_t patterns = 0;  ///< Atoms per object.
-    /// Per action the member that it speaks of, -1 if none, and the actions that it becomes with each member
-    /// in that one's place.
+    /// Per action the member that it is about, -1 if none, and its images with each member in that one's
+    /// place.
     std::vector<int> member_of_action, images;
-    std::vector<int> place;  ///< Per member whose place it took last; empty: its own.
+    std::vector<int> place;  ///< Per member, whose place it got by the last Canonicalize(); empty: its own.
   };
 
   size_t atoms_ = 0;

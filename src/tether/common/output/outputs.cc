@@ -1,4 +1,4 @@
-#include "tether/common/outputs.h"
+#include "tether/common/output/outputs.h"
 
 namespace tether {
 

@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <limits>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include <IpIpoptApplication.hpp>
@@ -132,11 +130,11 @@ class IpoptProgram : public Ipopt::TNLP {
     return !monitor_.ReasonToEnd().has_value() && !settled();
   }
 
-  /// Nearly feasible, and for many iterations no cheaper: where distances have kinks the multipliers never
-  /// settle and the iterates jump between their two sides, but the point has settled. The most feasible of
-  /// those iterates is the result.
+  /// Ends a solve that is nearly feasible and, for many iterations, no cheaper: at kinks of distances the
+  /// multipliers never converge and the iterates jump between both sides, but the point has converged. The
+  /// most feasible of those iterates is the result.
   bool settled() const { return quiet_iterations_ >= kQuietIterations && rises_ >= kQuietIterations / 3; }
-  /// Where to begin, in place of the guess.
+  /// The start, in place of the guess.
   void StartFrom(const Eigen::VectorXd& x) { start_ = x; }
 
   void finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,
@@ -146,7 +144,7 @@ class IpoptProgram : public Ipopt::TNLP {
   }
 
  private:
-  static constexpr double kInfinity = 2e19;  // What IPOPT takes for none.
+  static constexpr double kInfinity = 2e19;  // IPOPT's "no bound".
 
   bool At(const Number* x, bool derivatives) {
     if (monitor_.ReasonToEnd()) return false;
@@ -262,52 +260,31 @@ Outcome RunIpopt(IpoptProgram& program, const Options& options, HessianKind hess
   return outcome;
 }
 
-/// This IPOPT's linear solver keeps global state: two solves at once crash.
-std::timed_mutex& IpoptMutex() {
-  static std::timed_mutex mutex;
-  return mutex;
-}
-
-/// Gauss–Newton converges in few steps where it converges; where constraints curve too much for it, L-BFGS
-/// takes over.
+/// Gauss–Newton converges in few steps or not at all; where constraints curve too much for it, L-BFGS
+/// follows.
 constexpr int kGaussNewtonIterations = 100;
-
-class IpoptSolver : public Solver {
- protected:
-  Result DoSolve(const Program& program, const Point& guess, const Options& options,
-                 const WarmStart&) const override {
-    std::unique_lock<std::timed_mutex> lock(IpoptMutex(), std::defer_lock);
-    while (!lock.try_lock_for(std::chrono::milliseconds(5))) {
-      if (options.stop != nullptr && options.stop->load()) {
-        Monitor monitor(program, options);
-        monitor.End(Status::kInterrupted);
-        return monitor.Finish(guess, Status::kInterrupted, "", 0, 0);
-      }
-    }
-    Monitor monitor(program, options);
-    VectorView view(program, guess);
-    const int first = std::min(options.max_iterations, kGaussNewtonIterations);
-    Ipopt::SmartPtr<IpoptProgram> nlp = new IpoptProgram(view, monitor, 0);
-    Outcome outcome = RunIpopt(*nlp, options, HessianKind::kGaussNewton, first);
-    int iterations = nlp->iterations();
-    const bool settled = nlp->settled();
-    if ((settled || outcome.status != Status::kSolved) && !monitor.ReasonToEnd() &&
-        iterations < options.max_iterations) {
-      const Eigen::VectorXd reached = nlp->x();
-      nlp = new IpoptProgram(view, monitor, iterations + 1);
-      // Settled without converging: perhaps for want of the constraints' curvature, so L-BFGS goes on from
-      // there.
-      if (settled) nlp->StartFrom(reached);
-      outcome = RunIpopt(*nlp, options, HessianKind::kLbfgs, options.max_iterations - iterations);
-      iterations += nlp->iterations();
-    }
-    return monitor.Finish(view.PointAt(nlp->x()), outcome.status, outcome.message, iterations,
-                          view.evaluations());
-  }
-};
 
 }  // namespace
 
-std::unique_ptr<Solver> MakeIpoptSolver() { return std::make_unique<IpoptSolver>(); }
+/// See PluginSolve.
+extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& options,
+                            PluginOutcome& result) {
+  const int first = std::min(options.max_iterations, kGaussNewtonIterations);
+  Ipopt::SmartPtr<IpoptProgram> nlp = new IpoptProgram(view, monitor, 0);
+  Outcome outcome = RunIpopt(*nlp, options, HessianKind::kGaussNewton, first);
+  int iterations = nlp->iterations();
+  const bool settled = nlp->settled();
+  if ((settled || outcome.status != Status::kSolved) && !monitor.ReasonToEnd() &&
+      iterations < options.max_iterations) {
+    const Eigen::VectorXd reached = nlp->x();
+    nlp = new IpoptProgram(view, monitor, iterations + 1);
+    // Ended without converging: perhaps for lack of the constraints' curvature, so L-BFGS continues from
+    // there.
+    if (settled) nlp->StartFrom(reached);
+    outcome = RunIpopt(*nlp, options, HessianKind::kLbfgs, options.max_iterations - iterations);
+    iterations += nlp->iterations();
+  }
+  result = {outcome.status, outcome.message, iterations, nlp->x()};
+}
 
 }  // namespace tether::nlp

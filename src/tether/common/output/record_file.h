@@ -8,13 +8,13 @@
 
 namespace tether {
 
-/// A file with a line of JSON per record, after a header that says what they are of. It is taken up again
-/// where it ended, and is one process's as long as this lives. Nothing of it is changed unless it is ours.
+/// A file with a line of JSON per record, after a header that identifies them. Writing continues where the
+/// file ended, and one process at a time may write. A file of another kind is never changed.
 class RecordFile {
  public:
   /// Opens or makes the file; an empty path is no file. Throws InputError if it can't be written, another
-  /// process writes it, a line is no record, or its header is not `header`. Only what was written last
-  /// without its end is cut off. What is no regular file is only written to.
+  /// process writes it, a line is no record, or its header is not `header`. Only an incomplete last line is
+  /// cut off. A pipe or device is only written to.
   RecordFile(std::string path, const Value& header);
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;

@@ -1,4 +1,4 @@
-#include "tether/geometry/distance/reference.h"
+#include "testing/geometry/slow_distance.h"
 
 #include <algorithm>
 #include <array>
@@ -64,7 +64,7 @@ std::vector<Vector3d> SphereSample(int count) {
 }
 
 /// The nearest of all points of all triangles (Ericson, Real-Time Collision Detection, section 5.1.5, finds
-/// one by regions; here each triangle's plane, edges and corners are simply all looked at).
+/// one by regions; here each triangle's plane, edges and corners are all tried).
 Vector3d ProjectOnHull(const Polytope& hull, const Vector3d& q) {
   bool inside = true;
   for (const Polytope::Face& face : hull.faces) inside = inside && face.normal.dot(q) <= face.offset;
@@ -159,56 +159,70 @@ double SlowSurfaceMiss(const Primitive& primitive, const Vector3d& q) {
   return std::min(cylinder.radius - q.head<2>().norm(), 0.5 * cylinder.length - std::abs(q.z()));
 }
 
-SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
-                        const math::Pose& X_WB) {
-  // y is a point of B; the squared distance of y to A is convex in y, its gradient y − (projection on A).
+namespace {
+
+struct Bounds {
+  double lower = -1e300, upper = 1e300;  // m
+};
+
+/// Accelerated projected gradient on the squared distance between both bodies. y is a point of B; the squared
+/// distance of y to A is convex in y, its gradient y − (projection on A).
+Bounds BoundDistance(const Primitive& a, const math::Pose& X_WA, const Primitive& b, const math::Pose& X_WB) {
   Vector3d y = X_WB.p;
   Vector3d ahead = y;
   double momentum = 1;
-  double lower = -1e300;
-  double upper = 1e300;
+  Bounds bounds;
   for (int i = 0; i < 4000; ++i) {
     const Vector3d x = X_WA * SlowProject(a, X_WA.Inverse() * ahead);
     const Vector3d next = X_WB * SlowProject(b, X_WB.Inverse() * x);
     const Vector3d between = next - X_WA * SlowProject(a, X_WA.Inverse() * next);
-    upper = std::min(upper, between.norm());
+    bounds.upper = std::min(bounds.upper, between.norm());
     if (between.norm() < 1e-9) break;
-    lower = std::max(lower, Separation(a, X_WA, b, X_WB, between.normalized()));
-    if (upper - lower < 1e-10) return {upper, upper - lower};
+    bounds.lower = std::max(bounds.lower, Separation(a, X_WA, b, X_WB, between.normalized()));
+    if (bounds.upper - bounds.lower < 1e-10) break;
     const bool overshot = (ahead - next).dot(next - y) > 0;
     const double momentum_next = overshot ? 1.0 : 0.5 * (1 + std::sqrt(1 + 4 * momentum * momentum));
     ahead = overshot ? next : Vector3d(next + (momentum - 1) / momentum_next * (next - y));
     momentum = momentum_next;
     y = next;
   }
-  if (lower > 1e-7) return {upper, upper - lower};
+  return bounds;
+}
 
+/// A unit normal, and the separation along it, m.
+using Start = std::pair<double, Vector3d>;
+bool IsGreater(const Start& s, const Start& t) { return s.first > t.first; }
+
+/// The best normals of a dense sample, and likely peaks that are too narrow for it.
+std::vector<Start> FindStarts(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
+                              const math::Pose& X_WB) {
   static const std::vector<Vector3d> kSample = SphereSample(3000);
-  std::vector<std::pair<double, Vector3d>> starts;
+  std::vector<Start> starts;
   for (const Vector3d& n : kSample) starts.emplace_back(Separation(a, X_WA, b, X_WB, n), n);
   constexpr int kKept = 24;
-  std::partial_sort(starts.begin(), starts.begin() + kKept, starts.end(),
-                    [](const auto& s, const auto& t) { return s.first > t.first; });
+  std::partial_sort(starts.begin(), starts.begin() + kKept, starts.end(), IsGreater);
   starts.resize(kKept);
-  // Thin solids have peaks too narrow for the sample; they stand at normals of faces and across pairs of
-  // axes.
+  // Thin solids have peaks too narrow for the sample, at normals of faces and across pairs of axes.
   const auto start_at = [&](const Vector3d& n) {
     for (const double sign : {1.0, -1.0}) {
       starts.emplace_back(Separation(a, X_WA, b, X_WB, sign * n), sign * n);
     }
   };
-  const std::vector<Vector3d> of_a = FaceNormals(a);
-  const std::vector<Vector3d> of_b = FaceNormals(b);
-  for (const Vector3d& n : of_a) start_at(X_WA.R * n);
-  for (const Vector3d& n : of_b) start_at(X_WB.R * n);
+  for (const Vector3d& n : FaceNormals(a)) start_at(X_WA.R * n);
+  for (const Vector3d& n : FaceNormals(b)) start_at(X_WB.R * n);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       const Vector3d n = X_WA.R.col(i).cross(X_WB.R.col(j)).normalized();
       if (n.norm() > 0.5) start_at(n);
     }
   }
+  return starts;
+}
+
+/// Climbs from each start by random local search.
+void ClimbAtRandom(const Primitive& a, const math::Pose& X_WA, const Primitive& b, const math::Pose& X_WB,
+                   std::vector<Start>& starts) {
   Random random(1);
-  double best = -1e300;
   for (auto& [value, n] : starts) {
     for (double step = 0.1; step > 1e-9;) {
       bool gained = false;
@@ -226,33 +240,50 @@ SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primit
       if (!gained) step *= 0.6;
     }
   }
-  std::sort(starts.begin(), starts.end(), [](const auto& s, const auto& t) { return s.first > t.first; });
-  // Random steps stall on the ridges of the separation; a search within a search does not.
-  for (int i = 0; i < 3; ++i) {
-    auto [value, n] = starts[i];
-    for (int round = 0; round < 20; ++round) {
-      const double before = value;
-      for (const double window : {0.1, 0.001}) {
-        const Vector3d u = n.unitOrthogonal();
-        const Vector3d v = n.cross(u);
-        Vector3d top = n;
-        GoldenMax(window, [&](double along_u) {
-          return GoldenMax(window, [&](double along_v) {
-            const Vector3d trial = (n + along_u * u + along_v * v).normalized();
-            const double there = Separation(a, X_WA, b, X_WB, trial);
-            if (there > value) {
-              value = there;
-              top = trial;
-            }
-            return there;
-          });
+}
+
+/// Climbs on from one start by a golden-section search within another: random steps stall on the ridges of
+/// the separation.
+double ClimbAlongRidges(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
+                        const math::Pose& X_WB, Start start) {
+  auto& [value, n] = start;
+  for (int round = 0; round < 20; ++round) {
+    const double before = value;
+    for (const double window : {0.1, 0.001}) {
+      const Vector3d u = n.unitOrthogonal();
+      const Vector3d v = n.cross(u);
+      Vector3d top = n;
+      GoldenMax(window, [&](double along_u) {
+        return GoldenMax(window, [&](double along_v) {
+          const Vector3d trial = (n + along_u * u + along_v * v).normalized();
+          const double there = Separation(a, X_WA, b, X_WB, trial);
+          if (there > value) {
+            value = there;
+            top = trial;
+          }
+          return there;
         });
-        n = top;
-      }
-      if (value - before < 1e-9) break;
+      });
+      n = top;
     }
-    best = std::max(best, value);
+    if (value - before < 1e-9) break;
   }
+  return value;
+}
+
+}  // namespace
+
+SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
+                        const math::Pose& X_WB) {
+  const Bounds bounds = BoundDistance(a, X_WA, b, X_WB);
+  if (bounds.lower > 1e-7 || bounds.upper - bounds.lower < 1e-10) {
+    return {bounds.upper, bounds.upper - bounds.lower};
+  }
+  std::vector<Start> starts = FindStarts(a, X_WA, b, X_WB);
+  ClimbAtRandom(a, X_WA, b, X_WB, starts);
+  std::sort(starts.begin(), starts.end(), IsGreater);
+  double best = -1e300;
+  for (size_t i = 0; i < 3; ++i) best = std::max(best, ClimbAlongRidges(a, X_WA, b, X_WB, starts[i]));
   return {best, 0};
 }
 

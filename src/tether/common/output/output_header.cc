@@ -1,4 +1,4 @@
-#include "tether/common/output_header.h"
+#include "tether/common/output/output_header.h"
 
 #include "tether/common/version.h"
 

@@ -6,8 +6,8 @@
 
 namespace tether::geometry {
 
-/// A slow, obvious signed distance that shares nothing with SignedDistance: the oracle of the tests and of
-/// `dev bench geometry`. Do not use it in the product; it takes a millisecond.
+/// The result of SlowDistance(), an oracle for SignedDistance() that shares no code with it. About 1 ms per
+/// pair.
 struct SlowResult {
   double distance = 0;  ///< m, signed as in Distance.
   /// When apart: how far the nearest points found are from a lower bound of the distance, a certificate, m.
@@ -20,7 +20,7 @@ struct SlowResult {
 SlowResult SlowDistance(const Primitive& a, const math::Pose& X_WA, const Primitive& b,
                         const math::Pose& X_WB);
 
-/// max over the solid of d · x, in the solid's frame; written out per primitive.
+/// The support function: max over the solid of d · x, in the solid's frame; written out per primitive.
 double SlowSupport(const Primitive& primitive, const Eigen::Vector3d& d);
 
 /// The nearest point of the solid to q (q itself when inside), in the solid's frame.

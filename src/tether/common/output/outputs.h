@@ -9,8 +9,8 @@
 
 namespace tether {
 
-/// The files that a command writes: looked at before the work whose results they are for, and written at its
-/// end. A path may be "-", which is standard output, or empty, which is nothing.
+/// The output files of a command: checked before its work begins, and written at its end. A path may be "-",
+/// which is standard output, or empty, which is nothing.
 class Outputs {
  public:
   /// `option` names it in messages; `path` must stay as it is.
@@ -21,7 +21,7 @@ class Outputs {
   /// Throws InputError if one is a file that has been read by now: it would be lost.
   void RequireUnread() const;
 
-  /// One that can't be written doesn't keep the others from it; Finish() says so.
+  /// If one can't be written, the others still are; Finish() reports it.
   void WriteText(const std::string& path, std::string_view text);
   void WriteText(const std::string& path, const TextSource& source);
   void Write(const std::string& path, const Value& value);

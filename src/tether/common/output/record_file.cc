@@ -1,4 +1,4 @@
-#include "tether/common/record_file.h"
+#include "tether/common/output/record_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -22,7 +22,7 @@ std::string Reason() { return std::strerror(errno); }  // NOLINT: this thread's,
 RecordFile::RecordFile(std::string path, const Value& header) : path_(std::move(path)) {
   if (path_.empty()) return;
   file_ = open(path_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY, 0666);
-  // A pipe that is opened to be read as well would never tell that nobody reads it.
+  // A pipe that is opened for reading too would never report that it has no reader.
   struct stat status {};
   if (file_ >= 0 && fstat(file_, &status) == 0 && !S_ISREG(status.st_mode)) {
     close(file_);
@@ -89,7 +89,7 @@ Value RecordFile::ParseLine(std::string_view text, int number) const {
     if (line.is_object()) return line;
   } catch (const InputError&) {  // said below, with the right line
   }
-  throw InputError({{Location{path_, number, 0}, "this is no line of a campaign", kAccepted}});
+  throw InputError({{Location{path_, number, 0}, "this is not a line of a campaign", kAccepted}});
 }
 
 void RecordFile::CheckHeader(const Value& line, const Value& header) const {

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "tether/control/constrained_velocity.h"
+#include "tether/qp/hierarchy.h"
+
+namespace tether::control {
+
+// The most rows of a goal or a field.
+inline constexpr int kMaxFunctionRows = 12;
+
+/// The workspace of the controller; not for users of the room.
+struct ConstrainedVelocity::Impl {
+  struct Pair {
+    int a, b;  ///< Bodies.
+    int constraint;
+    double distance;
+    Priority priority;
+    bool held;     ///< Only while one of them, an object, is held and the other is not.
+    bool allowed;  ///< They may touch.
+  };
+  struct Field {
+    FieldConstraint spec;
+    Eigen::MatrixXd J;
+    Eigen::VectorXd r;
+  };
+
+  Impl(std::shared_ptr<const robot::Model> model_in, const math::Pose& X_WBase_in,
+       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
+
+  // constrained_velocity.cc: set-up, bounds, redundancy and the solves.
+  void AddPairs(const ClearanceConstraint& clearance, int constraint);
+  void AddSelfPairs(int constraint);
+  void SetRoom();
+  bool IsActive(const Pair& pair) const;
+  bool TakeInput(const VelocityInput& input);
+  /// Leads joints away from their limits in the null space of the goal, whose rows alone are in H.
+  void AddRedundancy();
+  void SetBounds();
+  void Solve();
+  /// Where no velocity keeps all rows and bounds.
+  void SolveConflict();
+  void Fault();
+
+  // velocity_rows.cc: the rows of constraints and goals at this tick.
+  math::Pose FramePose(const Frame& frame, bool target, math::Vector6d* V) const;
+  void AddPairRows();
+  void AddFieldRows(Field& field, int constraint);
+  void AddGoal(const Goal& goal);
+  void AddPosture(const Goal& goal);
+  double ExtraViolation(nlp::Unit unit) const;
+  double* NewRow(const Row& row);
+  /// Adds scale · d(n · v)/dq̇ of the point p on a link.
+  void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n, double scale,
+                double* row) const;
+  /// Writes row r of a function's derivative in q: frame F moves with `link`.
+  void Chain(const Eigen::MatrixXd& J, int r, const math::Pose& X_BF, int link, double* row) const;
+  static double Drift(const Eigen::MatrixXd& J, int r, const math::Pose& X_BT, const math::Vector6d& V_BT);
+  /// The lower bound on the rate of a row's value: violation is left at a bounded speed.
+  double Side(const Row& row) const {
+    return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
+  }
+  /// Sets derivatives at the level of rounding to zero: the arm can't change these rows.
+  void ClearDust();
+  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
+    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
+  }
+  /// Notes what is violated beyond its buffer: nothing moves fast until nothing is.
+  void FindViolation();
+
+  std::shared_ptr<const robot::Model> model;
+  VelocityOptions options;
+  math::Pose X_BW;
+  int n;
+  robot::Kinematics kinematics;
+  ArmBodies bodies;
+  std::vector<std::string> names;
+  std::vector<Pair> pairs;
+  std::vector<Field> fields;
+  size_t fixed_fields = 0;
+  int first_field = 0;  ///< The constraint number of the first field.
+
+  std::vector<Row> rows;
+  std::vector<double> jacobians;  ///< n per row
+  int num_rows = 0;
+  std::vector<int> levels;
+  std::unique_ptr<qp::Problem> problem, conflict_problem;
+  std::unique_ptr<qp::Solver> solver;
+  std::unique_ptr<qp::HierarchySolver> conflict_solver;
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g, lower, upper;
+  Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
+  Eigen::VectorXd qdot;
+  Eigen::MatrixXd free_matrix;
+  Eigen::VectorXd free_velocity;
+  Eigen::LLT<Eigen::MatrixXd> free_factor;
+  Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
+  Eigen::VectorXd goal_r{kMaxFunctionRows};
+  Eigen::VectorXd goal_row;
+  double error_m = 0, error_rad = 0;
+  double most_speed = 0;  ///< That a goal may ask for, m/s or rad/s.
+  VelocityFlags flags;
+};
+
+}  // namespace tether::control
