@@ -59,7 +59,7 @@ void PrintTo(const Disturbed& disturbed, std::ostream* out) { *out << disturbed.
 
 class TorqueFinds : public ::testing::TestWithParam<Disturbed> {};
 
-// Whether the goal is reached is not the controller's to say; what it does on the way is: no limit of a joint
+// Whether the goal is reached is not the controller's to say; what it does meanwhile is: no limit of a joint
 // is passed, nothing is pressed on that should not be touched, nothing is run into.
 TEST_P(TorqueFinds, NothingIsExceededAndNothingIsPressed) {
   const Disturbed& given = GetParam();

@@ -71,7 +71,7 @@ struct TorqueFlags {
   bool fault = false;        ///< The input or a row was not finite: the arm brakes.
   bool braking = false;      ///< No solution within the bound of iterations: the arm brakes.
   bool conflict = false;     ///< Rows conflicted …
-  bool relaxed = false;      ///< … and constraints gave way; in their order, the largest violation was minimised.
+  bool relaxed = false;      ///< … and constraints were relaxed; in their order, the largest violation was minimised.
   bool violated = false;     ///< A constraint is violated.
   bool joint_limit = false;  ///< A joint is held by its position or velocity limit.
   bool torque_limit = false;

@@ -352,7 +352,7 @@ TEST(ConstrainedTorque, ObjectivesAreReachedWithoutTheirSpeedBeingExceeded) {
   }
 }
 
-// Two walls that close on the arm: distances give way, the joints' limits do not, and it is said.
+// Two walls that close on the arm: distances are violated, the joints' limits do not, and it is said.
 TEST(ConstrainedTorque, WhereRowsConflictTorqueVelocityAndPositionHold) {
   TorqueArm arm;
   std::vector<Solid> solids = {{"left", geometry::Primitive(geometry::Box{{1.0, 0.04, 1.4}}), false},
@@ -377,11 +377,11 @@ TEST(ConstrainedTorque, WhereRowsConflictTorqueVelocityAndPositionHold) {
   EXPECT_GT(relaxed, 0);
   ASSERT_GE(worst, 0);
   EXPECT_EQ(controller.constraint_name(worst), "clearance");
-  // Acceleration gives way before distances do.
+  // Acceleration is relaxed before distances are.
   arm.ExpectWithinLimits(false);
 }
 
-// The hand between a wall that may not be passed and one that may: the one with `relax` gives way.
+// The hand between a wall that may not be passed and one that may: the one with `relax` is violated.
 TEST(ConstrainedTorque, WhatMayBeRelaxedGivesWayFirst) {
   for (const bool left_gives : {false, true}) {
     TorqueArm arm;

@@ -49,7 +49,7 @@ class ContactWatch {
   const Contact& contact() const { return contact_; }
   /// The candidate that the force was told from in the last update; −1: the hand.
   int candidate() const { return candidate_; }
-  /// n: the derivative in q of the way that the contact opens, m/rad.
+  /// n: the derivative in q of the distance at the contact, m/rad.
   const Eigen::VectorXd& slope() const { return slope_; }
 
  private:

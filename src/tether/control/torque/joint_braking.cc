@@ -9,7 +9,7 @@ namespace {
 // A joint whose load leaves no torque still counts on this share of its acceleration: the bound must be one.
 constexpr double kLeastShare = 0.05;
 constexpr int kBisections = 14;
-// Excess speed goes at this rate, 1/s; so does the way back from beyond a limit.
+// Excess speed goes at this rate, 1/s; so does the return from beyond a limit.
 constexpr double kReturnRate = 30;
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST(LinkMotion, VelocitiesAndBiasesAreDerivatives) {
   }
 }
 
-// The way out of a singularity is the derivative of the manipulability, whatever the arm.
+// The gradient is the derivative of the manipulability, whatever the arm.
 TEST(Dexterity, TheGradientIsTheDerivativeOfTheManipulability) {
   for (const char* name : {"panda", "j2n6s300"}) {
     const auto model = robot::Model::Load(name);

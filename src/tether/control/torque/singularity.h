@@ -11,7 +11,7 @@ struct Dexterity {
   /// About the least singular value of J with rotations weighed by a length L: (trace (J Jᵀ)⁻¹)^(−½), m. Zero
   /// at a singularity.
   double least = 0;
-  /// The derivative of log √det(J Jᵀ) in q: the way out.
+  /// The derivative of log √det(J Jᵀ) in q.
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, robot::kMostJoints, 1> gradient;
 };
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double kWithin = 0.98;
 // A side of the torque box is reached to this, Nm; a bound on a joint to this, rad/s².
 constexpr double kReached = 1e-6;
-// A row that gives way by less holds, m/s² or rad/s².
+// A row that is violated by less holds, m/s² or rad/s².
 constexpr double kNothing = 1e-3;
 // What is violated by less is at its limit, m or rad.
 constexpr double kRounding = 5e-4;
@@ -148,7 +148,7 @@ void ConstrainedTorque::Impl::SolveConflict() {
     const Row& row = rows[static_cast<size_t>(chosen[r])];
     A.row(first_row + i) = Jacobian(chosen[r]);
     A_lower[first_row + i] = sides[r];
-    // The highest `relax` gives way first.
+    // The highest `relax` is relaxed first.
     levels[static_cast<size_t>(first_row + i)] = 3 + row.priority;
     last = std::max(last, 4 + row.priority);
   }

@@ -22,7 +22,6 @@ void Executive::Impl::MakeServo() {
   servo.controller.gains = options_.gains;
   servo_.emplace(scene_, robot_, model_, servo);
   object_motions_.resize(objects_.size());
-  touching_.reserve(6 * objects_.size() + 8);
 }
 
 // The hand may touch what the step is about and what it holds; what it holds may touch the step's target and
@@ -83,7 +82,7 @@ bool Executive::Impl::FindAllowed() {
 }
 
 void Executive::Impl::NameAllowed() {
-  named_ = touching_;
+  named_.assign(touching_.begin(), touching_.end());
   allowed_.clear();
   for (const auto& [of, to] : touching_) {
     allowed_.emplace_back(of == kTouchingHand ? "hand" : scene_.objects[static_cast<size_t>(of)].name,
@@ -97,8 +96,10 @@ void Executive::Impl::CommandConstrained(const control::HandTarget& target, robo
   }
   double payload = 0;
   if (held_ != kNone) payload = kGravity * scene_.objects[static_cast<size_t>(held_)].mass.value_or(0);
+  double max_force = options_.servo.max_force;
+  if (step_ < static_cast<int>(resolved_.steps.size())) max_force = plan_step().max_force.value_or(max_force);
   command->torque = servo_->Compute({state_, opening_, object_motions_, tau_external_, target, posture_, held_,
-                                     touching_, payload, options_.servo.max_force});
+                                     touching_, payload, max_force});
   command->gripper = gripper_;
   WatchServo();
 }
@@ -116,7 +117,7 @@ void Executive::Impl::WatchServo() {
     relaxed_time_ = time_;
   }
   if (flags.relaxed && flags.worst >= 0 && time_ > relaxed_time_ + kSameEvent) {
-    Record(EventKind::kSafety, name() + " gave way: constraints conflict");
+    Record(EventKind::kSafety, name() + " is relaxed: constraints conflict");
     relaxed_time_ = time_;
   }
   if (flags.violated && !flags.relaxed && flags.worst >= 0 && time_ > violated_time_ + kSameEvent) {

@@ -109,6 +109,11 @@ Executive::Impl::Impl(const scene::Scene& scene_in,
                            {},
                            false});
   }
+  const size_t most_touching = 6 * scene_.objects.size() + 8;
+  touching_.reserve(most_touching);
+  named_.reserve(most_touching);
+  allowed_.reserve(most_touching);
+  supports_.reserve(scene_.objects.size());
   if (options_.constrained) MakeServo();
   for (size_t i = 0; i < resolved_.plan.steps.size(); ++i) {
     records_.push_back({});

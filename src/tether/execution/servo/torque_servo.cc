@@ -31,7 +31,11 @@ TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
       scene_(scene, robot),
       controller_(Make({options.controller, TorqueConstraints(options.constraints, scene), options.max_force})),
       limiter_(model_, {.period = options.controller.period}),
-      carried_(Eigen::VectorXd::Zero(model_->dof())) {}
+      carried_(Eigen::VectorXd::Zero(model_->dof())) {
+  const size_t most = 6 * scene.objects.size() + 8;
+  allowed_.reserve(most);
+  allowed_bodies_.reserve(most * static_cast<size_t>(controller_.bodies().hand() + 1));
+}
 
 control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) {
   const control::ArmBodies bodies(model_, scene_.solids());
@@ -48,7 +52,7 @@ control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) 
 }
 
 void TorqueServo::Allow(const std::vector<Touch>& allowed) {
-  allowed_ = allowed;
+  allowed_.assign(allowed.begin(), allowed.end());
   allowed_bodies_.clear();
   const control::ArmBodies& bodies = controller_.bodies();
   for (const auto& [of, to] : allowed) {

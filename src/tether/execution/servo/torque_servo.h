@@ -46,7 +46,7 @@ struct TorqueServoTick {
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
-/// a scene. Compute() allocates nothing but where `held` or `allowed` change.
+/// a scene. Compute() allocates nothing.
 class TorqueServo {
  public:
   TorqueServo(const scene::Scene& scene, const std::string& robot, std::shared_ptr<const robot::Model> model,
