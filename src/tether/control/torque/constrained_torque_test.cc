@@ -138,6 +138,27 @@ TEST(ConstrainedTorque, LimitsHoldWhateverIsAskedFor) {
   }
 }
 
+// A load that the arm cannot carry: torques stop at their limit, and get there no faster than they may.
+TEST(ConstrainedTorque, TorquesStayWithinTheirLimitsUnderAnyLoad) {
+  for (const double load : {400.0, -400.0}) {
+    TorqueArm arm;
+    ConstrainedTorque controller(arm.model, Pose(), {}, {}, {}, {});
+    HandTarget target;
+    target.X_BH = arm.state.X_BH();
+    int at_limit = 0;
+    for (int i = 0; i < 600; ++i) {
+      target.F_BH = math::Vector6d::Zero();
+      if (i > 10) target.F_BH << 0, 0, load, 0, 0.1 * load, 0.1 * load;
+      const VectorXd& torque = controller.Compute({arm.state, 0.04, {}}, {&target, nullptr, &arm.model->home()});
+      at_limit += controller.flags().torque_limit ? 1 : 0;
+      arm.Step(torque, -arm.state.J_BH().transpose() * target.F_BH);
+    }
+    EXPECT_GT(at_limit, 0);
+    EXPECT_GE(arm.torque_room, 0);
+    EXPECT_GE(arm.rate_room, 0);
+  }
+}
+
 /// A scene with every kind of row: links, hand, held object, the arm itself; tilt, axis, cone.
 struct RowScene {
   std::vector<Solid> solids;
