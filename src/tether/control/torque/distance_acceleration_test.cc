@@ -87,7 +87,8 @@ TEST(SlidingAcceleration, IsTheDerivativeOfTheRate) {
 TEST(SlidingAcceleration, KnowsTheFaceFromTheVertex) {
   Random random(2);
   for (int trial = 0; trial < 50; ++trial) {
-    Moving table = Draw(geometry::Box{{1, 1, 0.1}}, random), box = Draw(geometry::Box{{0.1, 0.1, 0.1}}, random);
+    Moving table = Draw(geometry::Box{{1, 1, 0.1}}, random),
+           box = Draw(geometry::Box{{0.1, 0.1, 0.1}}, random);
     table.X = Pose();
     box.X = Pose(math::ExpSO3(Vector3d(0.3, 0.2 + 0.01 * trial, 0.1)), Vector3d(0.1, 0.1, 0.2));
     const double numeric = (RateAt(table, box, 1e-5) - RateAt(table, box, -1e-5)) / 2e-5;

@@ -43,8 +43,7 @@ TEST(JointBraking, AJointThatFollowsTheBoundsStaysWithinItsLimits) {
     double q = 0, v = 0, a = 0, fastest_seen = 0;
     for (int i = 0; i < 4000; ++i) {
       const double speed = MostAccelerationToKeepSpeed(fastest - v, 15, dt, braking);
-      const double most =
-          MostAccelerationToStop(limit - q, v, std::min(15.0, speed), 15, 0.1, dt, braking);
+      const double most = MostAccelerationToStop(limit - q, v, std::min(15.0, speed), 15, 0.1, dt, braking);
       EXPECT_GE(most, a - 1.02 * braking.jerk * dt) << "trial " << trial << " tick " << i;
       a = std::min(most, a + 7.5);
       q += v * dt + 0.5 * a * dt * dt;

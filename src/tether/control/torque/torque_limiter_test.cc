@@ -42,8 +42,8 @@ Worst RunLimited(int ticks, const In& in) {
         std::min(worst.rate, (arm.model->max_torque_rate() - (out - last).cwiseAbs() / 0.001).minCoeff());
     last = out;
     arm.Step(out);
-    worst.position = std::min({worst.position, (arm.q - arm.model->lower()).minCoeff(),
-                               (arm.model->upper() - arm.q).minCoeff()});
+    worst.position = std::min(
+        {worst.position, (arm.q - arm.model->lower()).minCoeff(), (arm.model->upper() - arm.q).minCoeff()});
     worst.velocity = std::min(worst.velocity, (arm.model->max_velocity() - arm.v.cwiseAbs()).minCoeff());
   }
   return worst;
