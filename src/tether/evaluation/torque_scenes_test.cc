@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
         Disturbed{"FallenBlockPresses700N_Another", 4, "pick(blue)", "coral", {0, 0.01, 0.06}, "amber"},
         Disturbed{"OverspeedOutOfReach", 1, "pick(blue)", "blue", {0.0042, 0.2, 0}},
         Disturbed{"OverspeedOutOfReach_Ahead", 5, "pick(coral)", "coral", {0.25, -0.05, 0}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& given) { return given.param.name; });
 
 }  // namespace
 }  // namespace tether::evaluation
