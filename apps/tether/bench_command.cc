@@ -164,12 +164,11 @@ int BenchControl(const BenchArguments& arguments) {
       (disc ? torque_s : torque_rectangle_s).Set(robot, bench::WriteTickBench(torque));
     }
   }
-  WriteResult(arguments,
-              bench::WriteControlBench(bench)
-                  .Set("tick_s", tick_s)
-                  .Set("tick_rectangle_s", rectangle_s)
-                  .Set("torque_tick_s", torque_s)
-                  .Set("torque_tick_rectangle_s", torque_rectangle_s));
+  WriteResult(arguments, bench::WriteControlBench(bench)
+                             .Set("tick_s", tick_s)
+                             .Set("tick_rectangle_s", rectangle_s)
+                             .Set("torque_tick_s", torque_s)
+                             .Set("torque_tick_rectangle_s", torque_rectangle_s));
   return bench.unsolved == 0 && bench.max_kkt <= 1e-12 && faults == 0 ? kExitSuccess : kExitFailed;
 }
 

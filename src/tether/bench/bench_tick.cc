@@ -169,8 +169,7 @@ TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int t
   control::TorqueOptions options;
   options.joint_margin = 0.05;
   options.period = kTorquePeriod;
-  control::ConstrainedTorque controller(model, Pose(), scene.solids, scene.clearances, scene.fields,
-                                        options);
+  control::ConstrainedTorque controller(model, Pose(), scene.solids, scene.clearances, scene.fields, options);
   controller.Hold(scene.held);
   Random random(seed);
   Eigen::VectorXd q = model->home(), v = Eigen::VectorXd::Zero(model->dof());

@@ -18,13 +18,13 @@ struct TickBench {
   double cpu_max = 0;       ///< … and its longest tick, s.
   double mean_rows = 0;
   int max_rows = 0;
-  int relaxed = 0;         ///< Ticks in which rows conflicted.
-  int faults = 0;          ///< Ticks without a solution.
-  double worst_m = 0;      ///< The most that a distance fell below its safe value, m.
-  double region_rows = 0;  ///< Rows of the region that the hand goes to.
+  int relaxed = 0;          ///< Ticks in which rows conflicted.
+  int faults = 0;           ///< Ticks without a solution.
+  double worst_m = 0;       ///< The most that a distance fell below its safe value, m.
+  double region_rows = 0;   ///< Rows of the region that the hand goes to.
   double mean_qp_rows = 0;  ///< Torques: rows that may matter in a tick and so are in its QP.
   int max_iterations = 0;   ///< Torques: of the QP in one tick.
-  int conflicts = 0;        ///< Torques: ticks in which rows conflicted, accelerations' and jerks' among them.
+  int conflicts = 0;  ///< Torques: ticks in which rows conflicted, accelerations' and jerks' among them.
 };
 
 /// The form of the region that the held object is brought to.

@@ -73,10 +73,28 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
       M_llt(n),
       H(n, n) {
   options.Validate();
-  for (Eigen::VectorXd* vector :
-       {&v, &carried, &hold, &g, &tau_lower, &tau_upper, &middle, &half, &velocity_lower, &velocity_upper,
-        &position_lower, &position_upper, &smooth_lower, &smooth_upper, &lower, &upper, &work, &unexplained,
-        &wanted, &goal_row, &qddot, &torque}) {
+  for (Eigen::VectorXd* vector : {&v,
+                                  &carried,
+                                  &hold,
+                                  &g,
+                                  &tau_lower,
+                                  &tau_upper,
+                                  &middle,
+                                  &half,
+                                  &velocity_lower,
+                                  &velocity_upper,
+                                  &position_lower,
+                                  &position_upper,
+                                  &smooth_lower,
+                                  &smooth_upper,
+                                  &lower,
+                                  &upper,
+                                  &work,
+                                  &unexplained,
+                                  &wanted,
+                                  &goal_row,
+                                  &qddot,
+                                  &torque}) {
     vector->setZero(n);
   }
   function_rows.A.setZero(kMostFunctionRows, n);

@@ -24,7 +24,7 @@ struct TorqueOptions {
   double null_weight = 5e-3;
   double rotation_weight = 0.2;  ///< What a radian counts, m.
   double field_rate = 20;        ///< Distances shrink no faster than at this rate, 1/s …
-  double field_damping = 40;     ///< … which they are brought to at this one, 1/s: barriers of second order.
+  double field_damping = 40;  ///< … which they are brought to at this one, 1/s: barriers of second order.
   /// What of the decelerations and jerks that all joints have at once is counted on for a distance …
   double field_share = 0.5;
   double field_braking = 6;      ///< … and no deceleration beyond this, m/s² or rad/s².
@@ -38,10 +38,10 @@ struct TorqueOptions {
   double limit_gap = 0.01;       ///< From the limits, for what the model does not know, rad.
   double return_speed = 0.1;     ///< At which joints come back from beyond a limit, rad/s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
-  double range = 0.25;           ///< Pairs further apart than their safe distance and this get no row, m; nor do
-                                 ///< those that close in too slowly to matter.
-  double most_needed = 30;       ///< That a row asks for, m/s² or rad/s².
-  double brake_rate = 20;        ///< Of joint velocities, where the arm only brakes, 1/s.
+  double range = 0.25;      ///< Pairs further apart than their safe distance and this get no row, m; nor do
+                            ///< those that close in too slowly to matter.
+  double most_needed = 30;  ///< That a row asks for, m/s² or rad/s².
+  double brake_rate = 20;   ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
   int max_iterations = 60;  ///< Of the QP …
   int max_solves = 60;      ///< … and QPs where rows conflict. Beyond, the arm brakes.
@@ -51,27 +51,28 @@ struct TorqueOptions {
 
 /// What the arm and the world look like at a tick.
 struct TorqueInput {
-  const robot::State& state;                 ///< Set to what was measured.
-  double opening = 0;                        ///< Of the gripper, m.
-  std::span<const MovingPose> objects;       ///< In the world, in the order they were given.
+  const robot::State& state;                  ///< Set to what was measured.
+  double opening = 0;                         ///< Of the gripper, m.
+  std::span<const MovingPose> objects;        ///< In the world, in the order they were given.
   const Eigen::VectorXd* external = nullptr;  ///< n, Nm: torques due to contact and payload, if measured.
 };
 
 /// What the arm is to do in a tick: lead the hand, functions of frames, both, or stand still.
 struct TorqueTask {
-  const HandTarget* hand = nullptr;            ///< Tracked with Paper A, eq. (30). Its F_BH is carried.
-  const Goal* goal = nullptr;                  ///< Functions to bring to zero, at limited speeds.
-  const Eigen::VectorXd* posture = nullptr;    ///< Where redundancy leads, n, rad.
-  double max_force = 40;                       ///< That the servo presses with, N.
+  const HandTarget* hand = nullptr;          ///< Tracked with Paper A, eq. (30). Its F_BH is carried.
+  const Goal* goal = nullptr;                ///< Functions to bring to zero, at limited speeds.
+  const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
+  double max_force = 40;                     ///< That the servo presses with, N.
   double payload = 0;  ///< What is held weighs, N: contact forces are not known better than that.
 };
 
 /// What the last tick had to do besides following its task.
 struct TorqueFlags {
-  bool fault = false;        ///< The input or a row was not finite: the arm brakes.
-  bool braking = false;      ///< No solution within the bound of iterations: the arm brakes.
-  bool conflict = false;     ///< Rows conflicted …
-  bool relaxed = false;      ///< … and constraints were relaxed; in their order, the largest violation was minimised.
+  bool fault = false;     ///< The input or a row was not finite: the arm brakes.
+  bool braking = false;   ///< No solution within the bound of iterations: the arm brakes.
+  bool conflict = false;  ///< Rows conflicted …
+  bool relaxed =
+      false;  ///< … and constraints were relaxed; in their order, the largest violation was minimised.
   bool violated = false;     ///< A constraint is violated.
   bool joint_limit = false;  ///< A joint is held by its position or velocity limit.
   bool torque_limit = false;
@@ -142,13 +143,14 @@ class ConstrainedTorque {
   /// One row of the last tick, for tests and for explanations.
   struct Row {
     int constraint = 0;
-    double value = 0;    ///< What is kept above zero: a distance less what is required and the buffer, m or rad.
-    double buffer = 0;   ///< m or rad
-    double rate = 0;     ///< d(value)/dt
-    double bias = 0;     ///< d²(value)/dt² without joint accelerations.
-    double needed = 0;   ///< d²(value)/dt² must not be below this.
+    double value =
+        0;  ///< What is kept above zero: a distance less what is required and the buffer, m or rad.
+    double buffer = 0;  ///< m or rad
+    double rate = 0;    ///< d(value)/dt
+    double bias = 0;    ///< d²(value)/dt² without joint accelerations.
+    double needed = 0;  ///< d²(value)/dt² must not be below this.
     Priority priority = 0;
-    int a = -1, b = -1;  ///< The bodies, of a clearance.
+    int a = -1, b = -1;    ///< The bodies, of a clearance.
     bool allowed = false;  ///< The bodies may touch: no row, only watched for contact.
   };
   int num_rows() const;

@@ -115,8 +115,8 @@ struct ConstrainedTorque::Impl {
   bool rows_finite = true, task_finite = true;
   std::vector<ContactCandidate> candidates;
   int num_candidates = 0;
-  std::vector<int> chosen;        ///< Rows in the QP …
-  std::vector<double> sides;      ///< … and what A q̈ must not be below there.
+  std::vector<int> chosen;    ///< Rows in the QP …
+  std::vector<double> sides;  ///< … and what A q̈ must not be below there.
   int num_chosen = 0;
   std::vector<int> levels;
   std::unique_ptr<qp::Problem> problem, conflict_problem;
@@ -124,13 +124,13 @@ struct ConstrainedTorque::Impl {
   std::unique_ptr<qp::HierarchySolver> conflict_solver;
 
   // Of this tick.
-  Eigen::VectorXd v, carried, hold;           ///< Joint velocities; JᵀF of the payload; h + carried.
+  Eigen::VectorXd v, carried, hold;  ///< Joint velocities; JᵀF of the payload; h + carried.
   Eigen::MatrixXd M, Minv, J, weighted_J, MinvJt;
   Eigen::LLT<Eigen::MatrixXd> M_llt;
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
-  Eigen::VectorXd tau_lower, tau_upper;       ///< Torque and torque rate, Nm.
-  Eigen::VectorXd middle, half;               ///< q̈ in the middle of that box; half of the box, Nm.
+  Eigen::VectorXd tau_lower, tau_upper;  ///< Torque and torque rate, Nm.
+  Eigen::VectorXd middle, half;          ///< q̈ in the middle of that box; half of the box, Nm.
   Eigen::VectorXd velocity_lower, velocity_upper, position_lower, position_upper;
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.

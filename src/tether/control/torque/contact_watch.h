@@ -7,14 +7,14 @@
 namespace tether::control {
 
 struct ContactOptions {
-  double threshold = 10;     ///< Of a force that no step intends, N.
-  double hold = 0.003;       ///< It must be there for so long, s.
-  double filter = 0.002;     ///< Time constant of the torques' filter, s.
-  double touch = 0.01;       ///< Bodies nearer than this may touch, m.
-  double released = 3;       ///< Below this force the contact is over, N …
+  double threshold = 10;       ///< Of a force that no step intends, N.
+  double hold = 0.003;         ///< It must be there for so long, s.
+  double filter = 0.002;       ///< Time constant of the torques' filter, s.
+  double touch = 0.01;         ///< Bodies nearer than this may touch, m.
+  double released = 3;         ///< Below this force the contact is over, N …
   double released_for = 0.06;  ///< … once it has lasted so long, s.
-  double retreat = 0.05;     ///< Speed at which the arm backs off, m/s …
-  double yield = 0.002;      ///< … and what a force adds to it, m/s/N.
+  double retreat = 0.05;       ///< Speed at which the arm backs off, m/s …
+  double yield = 0.002;        ///< … and what a force adds to it, m/s/N.
 };
 
 /// A force between two bodies, told from joint torques.
@@ -22,9 +22,9 @@ struct Contact {
   bool active = false;    ///< It was not intended, or too large; the arm is to back off.
   bool began = false;     ///< In this tick.
   bool intended = false;  ///< The pair may touch, but presses with more than is allowed.
-  int a = -1, b = -1;     ///< The likely pair, as in ArmBodies; −1: nothing known is near, the hand is meant.
-  double force = 0;       ///< N
-  double most = 0;        ///< Since it began, N.
+  int a = -1, b = -1;  ///< The likely pair, as in ArmBodies; −1: nothing known is near, the hand is meant.
+  double force = 0;    ///< N
+  double most = 0;     ///< Since it began, N.
 };
 
 /// A pair that is near enough to touch: a force f apart is felt as torques f · slope.
@@ -32,7 +32,7 @@ struct ContactCandidate {
   int row = 0;
   int a = -1, b = -1;
   bool allowed = false;
-  double gap = 0;                  ///< m
+  double gap = 0;                 ///< m
   const double* slope = nullptr;  ///< n: the derivative of the distance in q, m/rad.
 };
 

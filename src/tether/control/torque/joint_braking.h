@@ -35,7 +35,9 @@ class BrakingReserve {
   explicit BrakingReserve(const robot::Model& model);
   /// `bias`: the torques that hold the arm (h, and what it carries), n, Nm.
   void Set(const Eigen::MatrixXd& M, const Eigen::VectorXd& bias, double torque_share, double rate_share);
-  Braking of(int joint) const { return {deceleration_scale_ * acceleration_[joint], jerk_scale_ * jerk_[joint]}; }
+  Braking of(int joint) const {
+    return {deceleration_scale_ * acceleration_[joint], jerk_scale_ * jerk_[joint]};
+  }
 
  private:
   Eigen::VectorXd acceleration_, jerk_, max_torque_, max_rate_;

@@ -106,8 +106,8 @@ void TorqueLimiter::LimitMotion(const robot::State& state) {
     const double middle = 0.5 * (reach_lower + reach_upper), half = kWithin * (reach_upper - middle);
     problem_.lower()[i] = std::min(a_lower_[i] + most_[i], middle + half);
     problem_.upper()[i] = std::max(a_upper_[i] + most_[i], middle - half);
-    flags_.unavoidable = flags_.unavoidable || a_lower_[i] + most_[i] > reach_upper ||
-                         a_upper_[i] + most_[i] < reach_lower;
+    flags_.unavoidable =
+        flags_.unavoidable || a_lower_[i] + most_[i] > reach_upper || a_upper_[i] + most_[i] < reach_lower;
   }
   if (solver_.Solve(problem_, qp::Start::kCold) == qp::Status::kSolved && solver_.x().allFinite()) {
     out_ = solver_.x().cwiseMax(lower_).cwiseMin(upper_);

@@ -31,8 +31,8 @@ struct LimiterFlags {
 
 /// The last stage before the robot. Whatever torques come in (not finite, of any size, jumping), those that
 /// go out are finite, within the torque and the torque rate counted from the last ones, and nearest to what
-/// came in, in the sense of accelerations, among those from which the joints, by a prediction of one step with
-/// the model, can still stop before their position limits and stay below their velocity limits
+/// came in, in the sense of accelerations, among those from which the joints, by a prediction of one step
+/// with the model, can still stop before their position limits and stay below their velocity limits
 /// (joint_braking.h). Allocates nothing after construction.
 class TorqueLimiter {
  public:

@@ -113,7 +113,8 @@ double ConstrainedTorque::Impl::NeededToStop(const Row& row, const double* slope
   braking.deceleration =
       std::max(kLeastBraking, std::min(options.field_share * braking.deceleration, options.field_braking));
   braking.jerk = std::max(kLeastBraking, options.field_share * braking.jerk);
-  return -MostAccelerationToStop(row.value, -row.rate, most, braking.deceleration, 0, options.period, braking);
+  return -MostAccelerationToStop(row.value, -row.rate, most, braking.deceleration, 0, options.period,
+                                 braking);
 }
 
 double ConstrainedTorque::Impl::FastestOf(int body) const {
@@ -129,12 +130,14 @@ double ConstrainedTorque::Impl::FastestOf(int body) const {
 }
 
 void ConstrainedTorque::Impl::AddPairRows() {
-  for (int body = 0; body < bodies.num_bodies(); ++body) body_speed[static_cast<size_t>(body)] = FastestOf(body);
+  for (int body = 0; body < bodies.num_bodies(); ++body)
+    body_speed[static_cast<size_t>(body)] = FastestOf(body);
   for (const Pair& pair : pairs) {
     if (!IsActive(pair)) continue;
     const double speed = body_speed[static_cast<size_t>(pair.a)] + body_speed[static_cast<size_t>(pair.b)];
-    const double near = pair.allowed ? options.contact.touch
-                                     : pair.distance + options.buffer + std::min(options.range, Matters(speed));
+    const double near = pair.allowed
+                            ? options.contact.touch
+                            : pair.distance + options.buffer + std::min(options.range, Matters(speed));
     const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
       for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
@@ -163,9 +166,10 @@ void ConstrainedTorque::Impl::AddPairRows() {
         row.allowed = pair.allowed;
         const Vector3d bias_b = link_b == 0 ? of_b.w.cross(of_b.w.cross(d.p_WB - bodies.pose(pair.b).X.p))
                                             : motion.PointBias(link_b, d.p_WB);
-        row.bias = d.n_W.dot(bias_b - motion.PointBias(link_a, d.p_WA)) +
-                   std::clamp(SlidingAcceleration(d, a->primitive, a->X_BP, of_a, b->primitive, b->X_BP, of_b),
-                              -kMostSliding, kMostSliding);
+        row.bias =
+            d.n_W.dot(bias_b - motion.PointBias(link_a, d.p_WA)) +
+            std::clamp(SlidingAcceleration(d, a->primitive, a->X_BP, of_a, b->primitive, b->X_BP, of_b),
+                       -kMostSliding, kMostSliding);
         double* jacobian = NewRow(row);
         AddAlong(link_a, d.p_WA, d.n_W, -1, jacobian);
         AddAlong(link_b, d.p_WB, d.n_W, 1, jacobian);
@@ -218,9 +222,9 @@ void ConstrainedTorque::Impl::Evaluate(const constraints::PoseFunction& function
   const int size = function.size();
   const MovingFrame T = FrameNow(target, true), F = FrameNow(frame, false);
   const auto at = [&](double s, Eigen::MatrixXd& J_out, Eigen::VectorXd& r_out) {
-    const std::array<Pose, 2> X = s == 0 ? std::array<Pose, 2>{T.X_BF, F.X_BF}
-                                         : std::array<Pose, 2>{T.X_BF * math::ExpSE3(s * T.V),
-                                                               F.X_BF * math::ExpSE3(s * F.V)};
+    const std::array<Pose, 2> X =
+        s == 0 ? std::array<Pose, 2>{T.X_BF, F.X_BF}
+               : std::array<Pose, 2>{T.X_BF * math::ExpSE3(s * T.V), F.X_BF * math::ExpSE3(s * F.V)};
     nlp::JacobianRef J_rows(J_out.topRows(size));
     function.Evaluate(X, r_out.head(size), &J_rows);
   };

@@ -98,8 +98,8 @@ void Executive::Impl::CommandConstrained(const control::HandTarget& target, robo
   if (held_ != kNone) payload = kGravity * scene_.objects[static_cast<size_t>(held_)].mass.value_or(0);
   double max_force = options_.servo.max_force;
   if (step_ < static_cast<int>(resolved_.steps.size())) max_force = plan_step().max_force.value_or(max_force);
-  command->torque = servo_->Compute({state_, opening_, object_motions_, tau_external_, target, posture_, held_,
-                                     touching_, payload, max_force});
+  command->torque = servo_->Compute({state_, opening_, object_motions_, tau_external_, target, posture_,
+                                     held_, touching_, payload, max_force});
   command->gripper = gripper_;
   WatchServo();
 }

@@ -148,11 +148,11 @@ struct Executive::Impl {
   control::OperationalSpaceController controller_;
   std::optional<TorqueServo> servo_;  ///< In place of `controller_`.
   std::vector<control::MovingPose> object_motions_;
-  std::vector<Touch> touching_, named_;  ///< That the step may bring into contact.
+  std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
-  std::vector<int> supports_;     ///< Of what is held, since it was taken.
-  int supported_ = kNone;         ///< The object that they are of.
-  double relaxed_time_ = -1, violated_time_ = -1;  ///< When this was last reported, s.
+  std::vector<int> supports_;                                 ///< Of what is held, since it was taken.
+  int supported_ = kNone;                                     ///< The object that they are of.
+  double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
   PostureSearch posture_search_;
   ContactDetector contact_;
   PoseReference reference_;

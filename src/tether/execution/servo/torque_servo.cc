@@ -14,8 +14,8 @@ constexpr double kBuffer = 0.001;
 
 std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
                                                        const scene::Scene& scene) {
-  const bool has = std::any_of(given.begin(), given.end(),
-                               [](const auto& spec) { return spec.kind == "clearance"; });
+  const bool has =
+      std::any_of(given.begin(), given.end(), [](const auto& spec) { return spec.kind == "clearance"; });
   if (has) return given;
   control::ConstraintSpec spec;
   spec.kind = "clearance";
@@ -29,7 +29,8 @@ TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
                          std::shared_ptr<const robot::Model> model, const TorqueServoOptions& options)
     : model_(std::move(model)),
       scene_(scene, robot),
-      controller_(Make({options.controller, TorqueConstraints(options.constraints, scene), options.max_force})),
+      controller_(
+          Make({options.controller, TorqueConstraints(options.constraints, scene), options.max_force})),
       limiter_(model_, {.period = options.controller.period}),
       carried_(Eigen::VectorXd::Zero(model_->dof())) {
   const size_t most = 6 * scene.objects.size() + 8;
@@ -43,11 +44,7 @@ control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) 
   control::TorqueOptions controller = options.controller;
   controller.joint_margin = std::max(controller.joint_margin, built.joint_margin);
   controller.buffer = std::min(controller.buffer, kBuffer);
-  return {model_,
-          scene_.X_WBase(),
-          scene_.solids(),
-          std::move(built.clearances),
-          std::move(built.fields),
+  return {model_,    scene_.X_WBase(), scene_.solids(), std::move(built.clearances), std::move(built.fields),
           controller};
 }
 

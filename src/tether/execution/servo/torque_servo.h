@@ -38,11 +38,11 @@ struct TorqueServoTick {
   const std::vector<control::MovingPose>& objects;  ///< In the world, by their place in the scene.
   const Eigen::VectorXd& tau_external;              ///< n, Nm
   const control::HandTarget& target;
-  const Eigen::VectorXd& posture;      ///< n, rad
-  int held = -1;                       ///< Index of the object in the hand; −1: none.
-  const std::vector<Touch>& allowed;   ///< Pairs that the step may bring into contact.
-  double payload = 0;                  ///< What is held weighs, N.
-  double max_force = 40;               ///< N
+  const Eigen::VectorXd& posture;     ///< n, rad
+  int held = -1;                      ///< Index of the object in the hand; −1: none.
+  const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
+  double payload = 0;                 ///< What is held weighs, N.
+  double max_force = 40;              ///< N
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
