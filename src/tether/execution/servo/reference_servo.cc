@@ -50,6 +50,12 @@ ReferenceServo::ReferenceServo(Situation& situation,
   for (const auto& object : s_.scene.objects) parts += object.shape.parts.size();
   body_bounds_.reserve(parts);
   obstacle_bounds_.reserve(parts);
+  const size_t most_touching = 6 * s_.scene.objects.size() + 8;
+  touching_.reserve(most_touching);
+  named_.reserve(most_touching);
+  allowed_.reserve(most_touching);
+  supports_.reserve(s_.scene.objects.size());
+  if (options_.constrained) MakeServo();
   for (const auto& robot : s_.scene.robots) {
     if (robot.name == s_.robot) continue;
     const auto& model = models.at(robot.name);

@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "tether/execution/servo/reference_servo_options.h"
 #include "tether/execution/servo/servo.h"
 #include "tether/execution/servo/situation.h"
+#include "tether/execution/servo/torque_servo.h"
 
 namespace tether::execution {
 
@@ -86,6 +88,7 @@ class ReferenceServo final : public Servo {
   void HeldChanged() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
+  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
 
   // reach.cc
   Progress Reach(const planning::ReachVerb& verb) override;
@@ -98,6 +101,17 @@ class ReferenceServo final : public Servo {
   void AvoidObstacles(control::HandTarget* target);
   void CommandTorque(robot::Command* command);
   void WatchController();
+
+  // constrained_tracking.cc: the same with the constrained torque controller.
+  void MakeServo();
+  /// Whether `touching_` has changed.
+  bool FindAllowed();
+  void NameAllowed();
+  /// What the held object stood on, until it is clear of it.
+  void WatchSupports();
+  void CommandConstrained(const control::HandTarget& target, robot::Command* command);
+  void WatchServo();
+
   void CommandOthers(const robot::Observations& observations, robot::Commands* commands);
 
   // reach.cc
@@ -148,6 +162,12 @@ class ReferenceServo final : public Servo {
 
   robot::State state_;
   control::OperationalSpaceController controller_;
+  std::optional<TorqueServo> servo_;                          ///< In place of `controller_`.
+  std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
+  std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
+  std::vector<int> supports_;                                 ///< Of what is held, since it was taken.
+  int supported_ = kNone;                                     ///< The object that they are of.
+  double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
   PostureSearch posture_search_;
   ContactDetector contact_;
   PoseReference reference_;

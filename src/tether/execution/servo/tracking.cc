@@ -177,6 +177,8 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
     target.F_BH.head<3>() = R_BW * lift;
     target.F_BH.tail<3>() = R_BW * arm.cross(lift);
   }
+  if (FindAllowed()) NameAllowed();
+  if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
   command->torque = controller_.Compute(state_, target);
   WatchController();
