@@ -1,0 +1,186 @@
+#include "tether/motion/path_checker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "tether/geometry/distance/distance.h"
+#include "tether/motion/sphere_kernel.h"
+#include "tether/robot/kinematics.h"
+
+namespace tether::motion {
+namespace {
+
+using Eigen::VectorXd;
+
+// Bounding spheres are grown by this at most, m: half of what a point may move between two samples.
+constexpr double kGrowth = 0.02;
+
+}  // namespace
+
+struct PathChecker::Work {
+  Work(std::shared_ptr<const CollisionScene> compiled, Lanes lanes)
+      : scene(std::move(compiled)),
+        kernel(lanes == Lanes::kBest && internal::HaveWideKernel() ? internal::CheckSpheresWide
+                                                                   : internal::CheckSpheresPlain),
+        poses(scene->model().chain(), scene->model().home()),
+        part_path(scene->arm().size()),
+        pair_path(scene->pairs().size()),
+        part_motion(scene->arm().size()),
+        pair_motion(scene->pairs().size()) {}
+
+  /// Two parts that are looked at exactly; `other` as in internal::KernelAnswer::Unsure.
+  struct Near {
+    int part = 0, other = 0;
+  };
+
+  void SetSegment(const VectorXd& a, const VectorXd& b);
+  /// Grows the spheres by what moves while t changes by `half`.
+  void SetHalf(double half);
+  /// Looks at the first `lanes` of query.t, and all within `half` of them.
+  bool CheckLanes(int lanes, double half);
+  /// Whether the pairs near[first …] stay apart within `half` of t. Leaves `near` as it was.
+  bool CheckExactly(double t, double half, size_t first);
+  double Distance(const Near& pair) const;
+  double Path(const Near& pair) const {
+    return pair.other >= 0 ? part_path[static_cast<size_t>(pair.part)]
+                           : pair_path[static_cast<size_t>(-1 - pair.other)];
+  }
+
+  std::shared_ptr<const CollisionScene> scene;
+  decltype(&internal::CheckSpheresPlain) kernel;
+  robot::LinkPoses poses;
+  VectorXd begin, along, q;
+  internal::KernelSegment segment;
+  internal::KernelQuery query;
+  internal::KernelAnswer answer;
+  std::vector<double> part_path, pair_path;  ///< The most that moves from t = 0 to 1, m.
+  std::vector<float> part_motion, pair_motion;
+  std::vector<Near> near;
+  std::vector<internal::KernelAnswer::Unsure> unsure;
+  int64_t checks = 0, exact_checks = 0;
+};
+
+void PathChecker::Work::SetSegment(const VectorXd& a, const VectorXd& b) {
+  begin = a;
+  along = b - a;
+  const robot::Chain& chain = scene->model().chain();
+  for (int j = 0; j < chain.dof(); ++j) {
+    // Single precision is for angles of up to one turn.
+    const double from = a[j] - chain.joints[static_cast<size_t>(j)].reference;
+    segment.begin[j] = static_cast<float>(std::remainder(from, 2 * M_PI));
+    segment.along[j] = static_cast<float>(along[j]);
+  }
+  const auto& arm = scene->arm();
+  for (size_t i = 0; i < arm.size(); ++i) {
+    part_path[i] = 0;
+    for (int j = 0; j < arm[i].link; ++j)
+      part_path[i] += std::abs(along[j]) * arm[i].reach[static_cast<size_t>(j)];
+  }
+  for (size_t i = 0; i < pair_path.size(); ++i) {
+    const CollisionScene::PartPair& pair = scene->pairs()[i];
+    const auto& b_part = arm[static_cast<size_t>(pair.b)];
+    pair_path[i] = 0;
+    // Joints that move both do not bring them nearer.
+    for (int j = arm[static_cast<size_t>(pair.a)].link; j < b_part.link; ++j)
+      pair_path[i] += std::abs(along[j]) * b_part.reach[static_cast<size_t>(j)];
+  }
+}
+
+void PathChecker::Work::SetHalf(double half) {
+  const auto grown = [&](double path) {
+    return static_cast<float>((path * half + scene->clearance()) * (1 + 1e-6));
+  };
+  std::transform(part_path.begin(), part_path.end(), part_motion.begin(), grown);
+  std::transform(pair_path.begin(), pair_path.end(), pair_motion.begin(), grown);
+  query.part_motion = part_motion.data();
+  query.pair_motion = pair_motion.data();
+}
+
+bool PathChecker::Work::CheckLanes(int lanes, double half) {
+  query.lanes = lanes;
+  for (int i = lanes; i < internal::kLanes; ++i) query.t[i] = query.t[lanes - 1];
+  answer.pairs.clear();
+  kernel(scene->tables(), segment, query, answer);
+  checks += lanes;
+  if (answer.blocked != 0) return false;
+  if (answer.unsure == 0) return true;
+  for (int lane = 0; lane < lanes; ++lane) {
+    if ((answer.unsure >> lane & 1) == 0) continue;
+    near.clear();
+    for (const auto& pair : answer.pairs) {
+      if ((pair.lanes >> lane & 1) != 0) near.push_back({pair.part, pair.other});
+    }
+    if (!CheckExactly(static_cast<double>(query.t[lane]), half, 0)) return false;
+  }
+  return true;
+}
+
+double PathChecker::Work::Distance(const Near& pair) const {
+  const auto place = [&](const CollisionScene::ArmPart& part) { return poses.X_BL(part.link) * part.X_LP; };
+  if (pair.other >= 0) {
+    const auto& part = scene->arm()[static_cast<size_t>(pair.part)];
+    const auto& obstacle = scene->obstacles()[static_cast<size_t>(pair.other)];
+    return geometry::SignedDistance(part.primitive, place(part), obstacle.primitive, obstacle.X_BP).distance;
+  }
+  const CollisionScene::PartPair& parts = scene->pairs()[static_cast<size_t>(-1 - pair.other)];
+  const auto &a = scene->arm()[static_cast<size_t>(parts.a)], &b = scene->arm()[static_cast<size_t>(parts.b)];
+  return geometry::SignedDistance(a.primitive, place(a), b.primitive, place(b)).distance;
+}
+
+bool PathChecker::Work::CheckExactly(double t, double half, size_t first) {
+  q = begin + t * along;
+  poses.Set(q);
+  ++exact_checks;
+  const size_t end = near.size();
+  double longest = 0;
+  for (size_t i = first; i < end; ++i) {
+    const double distance = Distance(near[i]) - scene->clearance(), path = Path(near[i]);
+    if (distance <= 0) return false;
+    // A path of no length is one configuration.
+    if (distance > path * half || path == 0) continue;
+    longest = std::max(longest, path * half);
+    near.push_back(near[i]);
+  }
+  const bool open = near.size() > end;
+  const bool free = !open || (longest > kResolution && CheckExactly(t - half / 2, half / 2, end) &&
+                              CheckExactly(t + half / 2, half / 2, end));
+  near.resize(end);
+  return free;
+}
+
+PathChecker::PathChecker(std::shared_ptr<const CollisionScene> scene, Lanes lanes)
+    : work_(std::make_unique<Work>(std::move(scene), lanes)) {}
+PathChecker::~PathChecker() = default;
+
+bool PathChecker::IsFree(const VectorXd& q) {
+  work_->SetSegment(q, q);
+  work_->SetHalf(0);
+  work_->query.t[0] = 0;
+  return work_->CheckLanes(1, 0);
+}
+
+bool PathChecker::IsFree(const VectorXd& a, const VectorXd& b) {
+  Work& work = *work_;
+  work.SetSegment(a, b);
+  const double longest = *std::max_element(work.part_path.begin(), work.part_path.end());
+  const int batches =
+      std::max(1, static_cast<int>(std::ceil(longest / (2 * kGrowth * internal::kLanes))));
+  const int intervals = batches * internal::kLanes;
+  const double half = 0.5 / intervals;
+  work.SetHalf(half * (1 + 1e-4));  // `t` is rounded.
+  for (int batch = 0; batch < batches; ++batch) {
+    // The lanes are spread over the line: what blocks it is found early.
+    for (int lane = 0; lane < internal::kLanes; ++lane)
+      work.query.t[lane] = static_cast<float>((batch + lane * batches + 0.5) / intervals);
+    if (!work.CheckLanes(internal::kLanes, half * (1 + 1e-4))) return false;
+  }
+  return true;
+}
+
+const CollisionScene& PathChecker::scene() const { return *work_->scene; }
+int64_t PathChecker::checks() const { return work_->checks; }
+int64_t PathChecker::exact_checks() const { return work_->exact_checks; }
+
+}  // namespace tether::motion

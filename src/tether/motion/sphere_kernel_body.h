@@ -1,0 +1,182 @@
+#pragma once
+
+#include <cstdint>
+
+#include "tether/motion/sphere_kernel.h"
+
+/// The code of both kernels. `V` says what a number is: one float, or eight. Each operation rounds as IEEE 754
+/// says, so that both give the same bits. Everything is a template of `V`, whose types are local to their
+/// files: no function that is compiled for one processor is ever taken for the other.
+namespace tether::motion::internal {
+
+template <class V>
+struct KernelBody {
+  using F = typename V::F;
+  using I = typename V::I;
+  struct Vec {
+    F x, y, z;
+  };
+
+  static F Square(F x) { return x * x; }
+
+  /// Cody and Waite's reduction by multiples of π/2, then the polynomials of the Cephes library.
+  static void SinCos(F x, F* sin, F* cos) {
+    const F shifted = x * V::Splat(0.636619772367581343f) + V::Splat(12582912.0f);
+    const I quadrant = V::Bits(shifted);
+    const F k = shifted - V::Splat(12582912.0f);
+    F r = x - k * V::Splat(1.5703125f);
+    r = r - k * V::Splat(4.837512969970703125e-4f);
+    r = r - k * V::Splat(7.549789948768648e-8f);
+    const F z = r * r;
+    F s = V::Splat(-1.9515295891e-4f) * z + V::Splat(8.3321608736e-3f);
+    s = (s * z - V::Splat(1.6666654611e-1f)) * z * r + r;
+    F c = V::Splat(2.443315711809948e-5f) * z - V::Splat(1.388731625493765e-3f);
+    c = (c * z + V::Splat(4.166664568298827e-2f)) * z * z - V::Splat(0.5f) * z + V::Splat(1.0f);
+    const I swap = V::IsBitSet(quadrant, 1);
+    const F sine = V::Select(swap, c, s), cosine = V::Select(swap, s, c);
+    *sin = V::Select(V::IsBitSet(quadrant, 2), V::Splat(0.0f) - sine, sine);
+    *cos = V::Select(V::IsBitSet(quadrant + V::One(), 2), V::Splat(0.0f) - cosine, cosine);
+  }
+
+  struct Frame {
+    Vec x, y, z, p;
+    Vec operator*(const float* v) const {
+      const F a = V::Splat(v[0]), b = V::Splat(v[1]), c = V::Splat(v[2]);
+      return {x.x * a + y.x * b + z.x * c + p.x, x.y * a + y.y * b + z.y * c + p.y,
+              x.z * a + y.z * b + z.z * c + p.z};
+    }
+    Vec Turn(float a0, float b0, float c0) const {
+      const F a = V::Splat(a0), b = V::Splat(b0), c = V::Splat(c0);
+      return {x.x * a + y.x * b + z.x * c, x.y * a + y.y * b + z.y * c, x.z * a + y.z * b + z.z * c};
+    }
+  };
+
+  /// The frames of links 0 … n at t.
+  static void PlaceLinks(const KernelTables& tables, const KernelSegment& segment, F t, Frame* frames) {
+    const F zero = V::Splat(0.0f), one = V::Splat(1.0f);
+    frames[0] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, zero}};
+    for (size_t j = 0; j < tables.joints.size(); ++j) {
+      const float* X = tables.joints[j].data();
+      const Frame& parent = frames[j];
+      F s, c;
+      SinCos(V::Splat(segment.begin[j]) + V::Splat(segment.along[j]) * t, &s, &c);
+      const Vec x = parent.Turn(X[0], X[3], X[6]), y = parent.Turn(X[1], X[4], X[7]);
+      frames[j + 1] = {{x.x * c + y.x * s, x.y * c + y.y * s, x.z * c + y.z * s},
+                       {y.x * c - x.x * s, y.y * c - x.y * s, y.z * c - x.z * s},
+                       parent.Turn(X[2], X[5], X[8]),
+                       parent * (X + 9)};
+    }
+  }
+
+  /// The squared distance of a point to the obstacle's core; of a hull, a lower bound of it that is 0 inside.
+  static F SquaredDistance(const KernelTables& tables, const KernelObstacle& o, const Vec& c) {
+    const F zero = V::Splat(0.0f);
+    const F dx = c.x - V::Splat(o.origin[0]), dy = c.y - V::Splat(o.origin[1]),
+            dz = c.z - V::Splat(o.origin[2]);
+    const float* A = o.axes;
+    const F x = dx * V::Splat(A[0]) + dy * V::Splat(A[1]) + dz * V::Splat(A[2]);
+    const F y = dx * V::Splat(A[3]) + dy * V::Splat(A[4]) + dz * V::Splat(A[5]);
+    const F z = dx * V::Splat(A[6]) + dy * V::Splat(A[7]) + dz * V::Splat(A[8]);
+    const F over_z = V::Max(V::Abs(z) - V::Splat(o.half[2]), zero);
+    switch (o.kind) {
+      case KernelObstacle::Kind::kBox:
+        return Square(V::Max(V::Abs(x) - V::Splat(o.half[0]), zero)) +
+               Square(V::Max(V::Abs(y) - V::Splat(o.half[1]), zero)) + Square(over_z);
+      case KernelObstacle::Kind::kSegment:
+        return x * x + y * y + Square(over_z);
+      case KernelObstacle::Kind::kCylinder:
+        return Square(V::Max(V::Sqrt(x * x + y * y) - V::Splat(o.half[0]), zero)) + Square(over_z);
+      case KernelObstacle::Kind::kHull:
+        break;
+    }
+    F most = zero;
+    for (int f = o.first_face; f < o.first_face + o.num_faces; ++f) {
+      const float* n = tables.faces[static_cast<size_t>(f)].data();
+      most = V::Max(most, x * V::Splat(n[0]) + y * V::Splat(n[1]) + z * V::Splat(n[2]) - V::Splat(n[3]));
+    }
+    return most * most;
+  }
+
+  static uint32_t Closer(F squared, float threshold) {
+    return threshold > 0 ? V::Mask(V::Less(squared, V::Splat(threshold * threshold))) : 0;
+  }
+
+  /// One part against the obstacles near it.
+  static bool CheckPart(const KernelTables& tables, int index, const Frame* frames, const KernelQuery& query,
+                        uint32_t lanes, KernelAnswer& answer) {
+    const KernelPart& part = tables.parts[static_cast<size_t>(index)];
+    const Frame& frame = frames[part.link];
+    const float motion = query.part_motion[index];
+    const Vec middle = frame * part.centre;
+    for (int k = part.first_obstacle; k < part.first_obstacle + part.num_obstacles; ++k) {
+      const int other = tables.nearby[static_cast<size_t>(k)];
+      const KernelObstacle& o = tables.obstacles[static_cast<size_t>(other)];
+      const float add = o.rounding + o.margin + motion;
+      const uint32_t near = lanes & Closer(SquaredDistance(tables, o, middle), part.radius + add);
+      if (near == 0) continue;
+      uint32_t unsure = 0;
+      // Of a hull only a lower bound of the distance is known: its inside.
+      const bool hull = o.kind == KernelObstacle::Kind::kHull;
+      for (int s = part.first_sphere; s < part.first_sphere + part.num_spheres; ++s) {
+        const KernelSphere& sphere = tables.spheres[static_cast<size_t>(s)];
+        const F squared = SquaredDistance(tables, o, frame * sphere.centre);
+        const float touch = hull ? 0.0f : sphere.inner + o.rounding - o.margin;
+        answer.blocked |= near & Closer(squared, touch);
+        unsure |= near & Closer(squared, sphere.outer + add);
+        if (answer.blocked != 0) return false;
+      }
+      if (unsure == 0) continue;
+      answer.unsure |= unsure;
+      V::Add(answer, index, other, unsure);
+    }
+    return true;
+  }
+
+  /// Two parts of the arm.
+  static bool CheckPair(const KernelTables& tables, int index, const Frame* frames, const KernelQuery& query,
+                        uint32_t lanes, KernelAnswer& answer) {
+    const KernelPair& pair = tables.pairs[static_cast<size_t>(index)];
+    const KernelPart& a = tables.parts[static_cast<size_t>(pair.a)];
+    const KernelPart& b = tables.parts[static_cast<size_t>(pair.b)];
+    const Frame &frame_a = frames[a.link], &frame_b = frames[b.link];
+    const float add = pair.margin + query.pair_motion[index];
+    const auto squared = [](const Vec& p, const Vec& q) {
+      return Square(p.x - q.x) + Square(p.y - q.y) + Square(p.z - q.z);
+    };
+    const uint32_t near =
+        lanes & Closer(squared(frame_a * a.centre, frame_b * b.centre), a.radius + b.radius + add);
+    if (near == 0) return true;
+    uint32_t unsure = 0;
+    for (int s = a.first_sphere; s < a.first_sphere + a.num_spheres; ++s) {
+      const KernelSphere& sphere = tables.spheres[static_cast<size_t>(s)];
+      const Vec centre = frame_a * sphere.centre;
+      for (int r = b.first_sphere; r < b.first_sphere + b.num_spheres; ++r) {
+        const KernelSphere& other = tables.spheres[static_cast<size_t>(r)];
+        const F apart = squared(centre, frame_b * other.centre);
+        answer.blocked |= near & Closer(apart, sphere.inner + other.inner - pair.margin);
+        unsure |= near & Closer(apart, sphere.outer + other.outer + add);
+      }
+      if (answer.blocked != 0) return false;
+    }
+    if (unsure != 0) {
+      answer.unsure |= unsure;
+      V::Add(answer, pair.a, -1 - index, unsure);
+    }
+    return true;
+  }
+
+  static void Check(const KernelTables& tables, const KernelSegment& segment, const KernelQuery& query, F t,
+                    uint32_t lanes, KernelAnswer& answer) {
+    Frame frames[kMostLinks];
+    PlaceLinks(tables, segment, t, frames);
+    // The hand first: it is the likeliest to touch something.
+    for (int i = static_cast<int>(tables.parts.size()); i-- > 0;) {
+      if (!CheckPart(tables, i, frames, query, lanes, answer)) return;
+    }
+    for (int i = 0; i < static_cast<int>(tables.pairs.size()); ++i) {
+      if (!CheckPair(tables, i, frames, query, lanes, answer)) return;
+    }
+  }
+};
+
+}  // namespace tether::motion::internal
