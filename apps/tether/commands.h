@@ -50,6 +50,8 @@ struct BenchArguments {
   std::optional<int> repetitions;
   bool no_robot = false;
   std::optional<int> ticks;  ///< For benchmark `control`.
+  std::string problems;      ///< For benchmark `motion`, as `robot`.
+  std::string robot;
   std::string program;       ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;
 };
