@@ -15,7 +15,7 @@ namespace {
 using Eigen::VectorXd;
 
 // A tree grows by at most this at once, rad.
-constexpr double kRange = 1.0;
+constexpr double kRange = 1.5;
 // Dynamic domains: a node next to something is extended only towards samples within a radius, which shrinks and
 // grows by these factors.
 constexpr double kFirstRadius = 4.0, kLeastRadius = 1.0, kRadiusFactor = 1e-4;
