@@ -56,12 +56,12 @@ std::string Request(double first, double last) {
 class MotionProblemTest : public testing::Test {
  protected:
   void Write(const std::string& number, const std::string& scene, const std::string& request) {
-    WriteFile(folder_.path() + "/scene" + number + ".yaml", scene);
-    WriteFile(folder_.path() + "/request" + number + ".yaml", request);
+    WriteFile(folder_.File("scene" + number + ".yaml"), scene);
+    WriteFile(folder_.File("request" + number + ".yaml"), request);
   }
   MotionBench Bench() {
     MotionBenchOptions options;
-    options.problems = folder_.path();
+    options.problems = folder_.path().string();
     return BenchmarkMotion(options, [](const MotionMeasurement&) {});
   }
   ScratchFolder folder_;
@@ -69,7 +69,7 @@ class MotionProblemTest : public testing::Test {
 
 TEST_F(MotionProblemTest, ReadsScenesAndRequests) {
   Write("0001", Scene(kObjects), Request(-0.8, 0.8));
-  const auto files = FindMotionProblems(folder_.path());
+  const auto files = FindMotionProblems(folder_.path().string());
   ASSERT_THAT(files, SizeIs(1));
   EXPECT_EQ(files[0].name, "0001");
   const MotionProblem problem = ReadMotionProblem(files[0]);
@@ -96,7 +96,7 @@ TEST_F(MotionProblemTest, CountsWhatBecomesOfEach) {
       primitive_poses: [{position: [0.5, 0, 0], orientation: [0, 0, 0, 1]}]
 )"),
         Request(0, 0.8));
-  WriteFile(folder_.path() + "/scene0005.yaml", Scene(kObjects));
+  WriteFile(folder_.File("scene0005.yaml"), Scene(kObjects));
   const MotionBench bench = Bench();
   ASSERT_THAT(bench.rows, SizeIs(5));
   EXPECT_EQ(bench.rows[0].outcome, MotionOutcome::kSolved) << bench.rows[0].reason;
@@ -126,7 +126,7 @@ TEST_F(MotionProblemTest, SaysWhatIsMalformed) {
 )"),
         "start_state: {}\ngoal_constraints: []\n");
   try {
-    ReadMotionProblem(FindMotionProblems(folder_.path())[0]);
+    ReadMotionProblem(FindMotionProblems(folder_.path().string())[0]);
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("'orientation' of pose of object 'board' is zero"));
@@ -138,8 +138,8 @@ TEST_F(MotionProblemTest, SaysWhatIsMalformed) {
 }
 
 TEST_F(MotionProblemTest, AFolderWithoutProblemsIsAMistake) {
-  EXPECT_THROW(FindMotionProblems(folder_.path()), InputError);
-  EXPECT_THROW(FindMotionProblems(folder_.path() + "/none"), InputError);
+  EXPECT_THROW(FindMotionProblems(folder_.path().string()), InputError);
+  EXPECT_THROW(FindMotionProblems(folder_.File("none")), InputError);
 }
 
 }  // namespace

@@ -92,7 +92,13 @@ void CollisionScene::AddArm(const Snapshot& snapshot) {
 
 void CollisionScene::AddPart(int body, int link, const geometry::Part& part) {
   const robot::Chain& chain = model_->chain();
-  ArmPart added{body, link, part.primitive, part.X_SP, {}, ReachFromAxes(chain, link, part)};
+  ArmPart added{body,
+                link,
+                part.primitive,
+                part.X_SP,
+                geometry::BoundingRadius(part.primitive),
+                {},
+                ReachFromAxes(chain, link, part)};
   const Vector3d shoulder = chain.joints.front().X_PJ.p;
   const double reach = ReachFromShoulder(chain, link, part) + clearance_ + kBeyondReach;
   for (size_t i = 0; link > 0 && i < obstacles_.size(); ++i) {
@@ -127,20 +133,18 @@ std::optional<Touch> CollisionScene::FindTouch(const Eigen::VectorXd& q) const {
   const auto place = [&](const ArmPart& part) { return poses.X_BL(part.link) * part.X_LP; };
   for (const ArmPart& part : arm_) {
     const math::Pose X_BP = place(part);
-    const double radius = geometry::BoundingRadius(part.primitive);
     for (const int i : part.obstacles) {
       const ObstaclePart& other = obstacles_[static_cast<size_t>(i)];
       // The part's bounding ball spares most distances.
       const auto middle = geometry::DistanceToPoint(other.primitive, other.X_BP, X_BP.p);
-      if (middle.distance > radius + clearance_) continue;
+      if (middle.distance > part.radius + clearance_) continue;
       add(body_name(part.body), obstacle_name(other.obstacle),
           geometry::SignedDistance(part.primitive, X_BP, other.primitive, other.X_BP).distance);
     }
   }
   for (const PartPair& pair : pairs_) {
     const ArmPart &a = arm_[static_cast<size_t>(pair.a)], &b = arm_[static_cast<size_t>(pair.b)];
-    const double radii = geometry::BoundingRadius(a.primitive) + geometry::BoundingRadius(b.primitive);
-    if ((place(a).p - place(b).p).norm() > radii + clearance_) continue;
+    if ((place(a).p - place(b).p).norm() > a.radius + b.radius + clearance_) continue;
     add(body_name(b.body), body_name(a.body),
         geometry::SignedDistance(a.primitive, place(a), b.primitive, place(b)).distance);
   }

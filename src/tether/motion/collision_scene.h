@@ -64,6 +64,7 @@ class CollisionScene {
     int link = 0;  ///< 0 … n
     geometry::Primitive primitive;
     math::Pose X_LP;
+    double radius = 0;           ///< Of a ball about its frame's origin that holds it, m.
     std::vector<int> obstacles;  ///< Parts of obstacles that are within its reach.
     /// By joint: no point of the part is ever further than this from the joint's axis, m; 0 beyond its link.
     std::vector<double> reach;

@@ -86,18 +86,20 @@ void AddPart(const CollisionScene::ArmPart& part, KernelTables& tables) {
   out.link = part.link;
   Copy(part.X_LP.p, out.centre);
   out.first_sphere = static_cast<int>(tables.spheres.size());
-  double radius = 0;
+  double radius = 0, spread = 0;
   for (const CoverSphere& sphere : CoverWithSpheres(part.primitive)) {
     KernelSphere kernel;
     Copy(part.X_LP * sphere.p, kernel.centre);
     kernel.outer = Upper(sphere.outer);
     kernel.inner = sphere.inner > 0 ? Lower(sphere.inner) : kNoInner;
     radius = std::max(radius, sphere.p.norm() + sphere.outer);
+    spread = std::max(spread, sphere.p.norm());
     tables.spheres.push_back(kernel);
   }
   out.num_spheres = static_cast<int>(tables.spheres.size()) - out.first_sphere;
   // The part's own ball about its origin may be smaller than that of its balls.
   out.radius = Upper(std::min(radius, geometry::BoundingRadius(part.primitive)));
+  out.spread = Upper(spread);
   out.first_obstacle = static_cast<int>(tables.nearby.size());
   tables.nearby.insert(tables.nearby.end(), part.obstacles.begin(), part.obstacles.end());
   out.num_obstacles = static_cast<int>(part.obstacles.size());

@@ -12,10 +12,13 @@
 namespace tether::motion {
 namespace {
 
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Bounding spheres are grown by this at most, m: half of what a point may move between two samples.
-constexpr double kGrowth = 0.02;
+// Half of what a point may move between two samples at most, by the crudest bound, m.
+constexpr double kGrowth = 0.06;
+// The error of a speed in single precision, as a share of the sum of the joints' speeds.
+constexpr double kSpeedError = 1e-4;
 
 }  // namespace
 
@@ -26,8 +29,10 @@ struct PathChecker::Work {
                                                                    : internal::CheckSpheresPlain),
         poses(scene->model().chain(), scene->model().home()),
         part_path(scene->arm().size()),
+        part_bend(scene->arm().size()),
         pair_path(scene->pairs().size()),
         part_motion(scene->arm().size()),
+        part_curve(scene->arm().size()),
         pair_motion(scene->pairs().size()) {}
 
   /// Two parts that are looked at exactly; `other` as in internal::KernelAnswer::Unsure.
@@ -43,10 +48,8 @@ struct PathChecker::Work {
   /// Whether the pairs near[first …] stay apart within `half` of t. Leaves `near` as it was.
   bool CheckExactly(double t, double half, size_t first);
   double Distance(const Near& pair) const;
-  double Path(const Near& pair) const {
-    return pair.other >= 0 ? part_path[static_cast<size_t>(pair.part)]
-                           : pair_path[static_cast<size_t>(-1 - pair.other)];
-  }
+  /// The most that the pair comes nearer within `half` of t, where `poses` are.
+  double Motion(const Near& pair, double half) const;
 
   std::shared_ptr<const CollisionScene> scene;
   decltype(&internal::CheckSpheresPlain) kernel;
@@ -55,8 +58,10 @@ struct PathChecker::Work {
   internal::KernelSegment segment;
   internal::KernelQuery query;
   internal::KernelAnswer answer;
-  std::vector<double> part_path, pair_path;  ///< The most that moves from t = 0 to 1, m.
-  std::vector<float> part_motion, pair_motion;
+  std::vector<double> part_path;  ///< The most that a part moves from t = 0 to 1, m …
+  std::vector<double> part_bend;  ///< … its greatest acceleration, m per unit of t squared …
+  std::vector<double> pair_path;  ///< … and what pairs move relative to each other, m.
+  std::vector<float> part_motion, part_curve, pair_motion;
   std::vector<Near> near;
   std::vector<internal::KernelAnswer::Unsure> unsure;
   int64_t checks = 0, exact_checks = 0;
@@ -74,9 +79,15 @@ void PathChecker::Work::SetSegment(const VectorXd& a, const VectorXd& b) {
   }
   const auto& arm = scene->arm();
   for (size_t i = 0; i < arm.size(); ++i) {
-    part_path[i] = 0;
-    for (int j = 0; j < arm[i].link; ++j)
-      part_path[i] += std::abs(along[j]) * arm[i].reach[static_cast<size_t>(j)];
+    part_path[i] = part_bend[i] = 0;
+    double before = 0;
+    for (int j = 0; j < arm[i].link; ++j) {
+      const double rate = std::abs(along[j]), speed = rate * arm[i].reach[static_cast<size_t>(j)];
+      part_path[i] += speed;
+      // Of two joints' cross terms each bends by the speed that the later one gives.
+      part_bend[i] += speed * (2 * before + rate);
+      before += rate;
+    }
   }
   for (size_t i = 0; i < pair_path.size(); ++i) {
     const CollisionScene::PartPair& pair = scene->pairs()[i];
@@ -89,13 +100,33 @@ void PathChecker::Work::SetSegment(const VectorXd& a, const VectorXd& b) {
 }
 
 void PathChecker::Work::SetHalf(double half) {
-  const auto grown = [&](double path) {
-    return static_cast<float>((path * half + scene->clearance()) * (1 + 1e-6));
+  const auto grown = [&](double motion) {
+    return static_cast<float>((motion + scene->clearance()) * (1 + 1e-6));
   };
-  std::transform(part_path.begin(), part_path.end(), part_motion.begin(), grown);
-  std::transform(pair_path.begin(), pair_path.end(), pair_motion.begin(), grown);
+  for (size_t i = 0; i < part_path.size(); ++i) {
+    part_motion[i] = grown(part_path[i] * half);
+    part_curve[i] = grown(0.5 * part_bend[i] * half * half + kSpeedError * part_path[i] * half);
+  }
+  for (size_t i = 0; i < pair_path.size(); ++i) pair_motion[i] = grown(pair_path[i] * half);
+  query.half = static_cast<float>(half);
   query.part_motion = part_motion.data();
+  query.part_curve = part_curve.data();
   query.pair_motion = pair_motion.data();
+}
+
+double PathChecker::Work::Motion(const Near& pair, double half) const {
+  if (pair.other < 0) return pair_path[static_cast<size_t>(-1 - pair.other)] * half;
+  const auto index = static_cast<size_t>(pair.part);
+  const CollisionScene::ArmPart& part = scene->arm()[index];
+  const Vector3d middle = poses.X_BL(part.link) * part.X_LP.p;
+  Vector3d velocity = Vector3d::Zero(), turn = Vector3d::Zero();
+  for (int j = 1; j <= part.link; ++j) {
+    const math::Pose& X_BL = poses.X_BL(j);
+    velocity += along[j - 1] * X_BL.R.col(2).cross(middle - X_BL.p);
+    turn += along[j - 1] * X_BL.R.col(2);
+  }
+  const double speed = velocity.norm() + turn.norm() * part.radius;
+  return std::min(part_path[index] * half, (speed + 0.5 * part_bend[index] * half) * half);
 }
 
 bool PathChecker::Work::CheckLanes(int lanes, double half) {
@@ -136,11 +167,11 @@ bool PathChecker::Work::CheckExactly(double t, double half, size_t first) {
   const size_t end = near.size();
   double longest = 0;
   for (size_t i = first; i < end; ++i) {
-    const double distance = Distance(near[i]) - scene->clearance(), path = Path(near[i]);
+    const double distance = Distance(near[i]) - scene->clearance();
     if (distance <= 0) return false;
-    // A path of no length is one configuration.
-    if (distance > path * half || path == 0) continue;
-    longest = std::max(longest, path * half);
+    const double motion = Motion(near[i], half);
+    if (distance > motion) continue;
+    longest = std::max(longest, motion);
     near.push_back(near[i]);
   }
   const bool open = near.size() > end;

@@ -136,7 +136,9 @@ TEST(PathCheckerTest, KernelsGiveTheSameAnswers) {
       internal::KernelSegment segment;
       internal::KernelQuery query;
       query.part_motion = part_motion.data();
+      query.part_curve = part_motion.data();
       query.pair_motion = pair_motion.data();
+      query.half = 0.01f;
       query.lanes = 1 + random.Index(internal::kLanes);
       for (int j = 0; j < scene->model().dof(); ++j) {
         segment.begin[j] = static_cast<float>(random.Uniform(-3, 3));

@@ -23,6 +23,7 @@ struct KernelPart {
   int link = 0;
   float centre[3] = {0, 0, 0};
   float radius = 0;
+  float spread = 0;  ///< The furthest of its spheres' centres from `centre`, m.
   int first_sphere = 0, num_spheres = 0;
   int first_obstacle = 0, num_obstacles = 0;  ///< In `nearby`: those that it may ever touch.
 };
@@ -61,13 +62,16 @@ struct KernelSegment {
   float along[kMostLinks] = {};
 };
 
-/// What each lane looks at: the configuration at t, and all near it in which no point of a part moves further
-/// than `part_motion` (in the base frame), and no part of a pair further than `pair_motion` relative to the
-/// other (m; one per part and pair of the tables).
+/// What each lane looks at: the configuration at t, and those from t − half to t + half. No point of a part moves
+/// further from where it is at t than `part_motion`, nor than half times its velocity at t plus `part_curve`; no
+/// part of a pair further than `pair_motion` relative to the other. The clearance that is to be kept is added to
+/// each of the three (m; one per part and pair of the tables).
 struct KernelQuery {
   float t[kLanes] = {};
   int lanes = kLanes;  ///< The first so many count.
+  float half = 0;
   const float* part_motion = nullptr;
+  const float* part_curve = nullptr;
   const float* pair_motion = nullptr;
 };
 

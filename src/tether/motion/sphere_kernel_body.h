@@ -38,10 +38,17 @@ struct KernelBody {
     *cos = V::Select(V::IsBitSet(quadrant + V::One(), 2), V::Splat(0.0f) - cosine, cosine);
   }
 
+  static Vec Cross(const Vec& a, const Vec& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  static Vec Difference(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  static F Length(const Vec& a) { return V::Sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+
+  /// A link's axes and origin, its angular velocity and that of its origin, per unit of t.
   struct Frame {
-    Vec x, y, z, p;
-    Vec operator*(const float* v) const {
-      const F a = V::Splat(v[0]), b = V::Splat(v[1]), c = V::Splat(v[2]);
+    Vec x, y, z, p, w, v;
+    Vec operator*(const float* point) const {
+      const F a = V::Splat(point[0]), b = V::Splat(point[1]), c = V::Splat(point[2]);
       return {x.x * a + y.x * b + z.x * c + p.x, x.y * a + y.y * b + z.y * c + p.y,
               x.z * a + y.z * b + z.z * c + p.z};
     }
@@ -54,17 +61,23 @@ struct KernelBody {
   /// The frames of links 0 … n at t.
   static void PlaceLinks(const KernelTables& tables, const KernelSegment& segment, F t, Frame* frames) {
     const F zero = V::Splat(0.0f), one = V::Splat(1.0f);
-    frames[0] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, zero}};
+    frames[0] = {{one, zero, zero},  {zero, one, zero},  {zero, zero, one},
+                 {zero, zero, zero}, {zero, zero, zero}, {zero, zero, zero}};
     for (size_t j = 0; j < tables.joints.size(); ++j) {
       const float* X = tables.joints[j].data();
       const Frame& parent = frames[j];
       F s, c;
       SinCos(V::Splat(segment.begin[j]) + V::Splat(segment.along[j]) * t, &s, &c);
       const Vec x = parent.Turn(X[0], X[3], X[6]), y = parent.Turn(X[1], X[4], X[7]);
+      const Vec z = parent.Turn(X[2], X[5], X[8]), p = parent * (X + 9);
+      const F rate = V::Splat(segment.along[j]);
+      const Vec lever = Cross(parent.w, Difference(p, parent.p));
       frames[j + 1] = {{x.x * c + y.x * s, x.y * c + y.y * s, x.z * c + y.z * s},
                        {y.x * c - x.x * s, y.y * c - x.y * s, y.z * c - x.z * s},
-                       parent.Turn(X[2], X[5], X[8]),
-                       parent * (X + 9)};
+                       z,
+                       p,
+                       {parent.w.x + z.x * rate, parent.w.y + z.y * rate, parent.w.z + z.z * rate},
+                       {parent.v.x + lever.x, parent.v.y + lever.y, parent.v.z + lever.z}};
     }
   }
 
@@ -100,19 +113,34 @@ struct KernelBody {
   static uint32_t Closer(F squared, float threshold) {
     return threshold > 0 ? V::Mask(V::Less(squared, V::Splat(threshold * threshold))) : 0;
   }
+  /// The same for thresholds of its own in each lane, none below 0.
+  static uint32_t CloserBy(F squared, F threshold) { return V::Mask(V::Less(squared, threshold * threshold)); }
+
+  /// The most that a part's spheres move within the interval.
+  static F Motion(const KernelPart& part, int index, const Frame& frame, const Vec& middle,
+                  const KernelQuery& query) {
+    const Vec lever = Cross(frame.w, Difference(middle, frame.p));
+    const Vec velocity = {frame.v.x + lever.x, frame.v.y + lever.y, frame.v.z + lever.z};
+    const F speed = Length(velocity) + Length(frame.w) * V::Splat(part.spread);
+    const F bound = V::Splat(query.part_motion[index]);
+    const F curved = speed * V::Splat(query.half) + V::Splat(query.part_curve[index]);
+    return V::Select(V::Less(curved, bound), curved, bound);
+  }
 
   /// One part against the obstacles near it.
   static bool CheckPart(const KernelTables& tables, int index, const Frame* frames, const KernelQuery& query,
                         uint32_t lanes, KernelAnswer& answer) {
     const KernelPart& part = tables.parts[static_cast<size_t>(index)];
     const Frame& frame = frames[part.link];
-    const float motion = query.part_motion[index];
+    if (part.num_obstacles == 0) return true;
     const Vec middle = frame * part.centre;
+    const F motion = Motion(part, index, frame, middle, query);
     for (int k = part.first_obstacle; k < part.first_obstacle + part.num_obstacles; ++k) {
       const int other = tables.nearby[static_cast<size_t>(k)];
       const KernelObstacle& o = tables.obstacles[static_cast<size_t>(other)];
-      const float add = o.rounding + o.margin + motion;
-      const uint32_t near = lanes & Closer(SquaredDistance(tables, o, middle), part.radius + add);
+      const F add = motion + V::Splat(o.rounding + o.margin);
+      const uint32_t near =
+          lanes & CloserBy(SquaredDistance(tables, o, middle), V::Splat(part.radius) + add);
       if (near == 0) continue;
       uint32_t unsure = 0;
       // Of a hull only a lower bound of the distance is known: its inside.
@@ -122,7 +150,7 @@ struct KernelBody {
         const F squared = SquaredDistance(tables, o, frame * sphere.centre);
         const float touch = hull ? 0.0f : sphere.inner + o.rounding - o.margin;
         answer.blocked |= near & Closer(squared, touch);
-        unsure |= near & Closer(squared, sphere.outer + add);
+        unsure |= near & CloserBy(squared, V::Splat(sphere.outer) + add);
         if (answer.blocked != 0) return false;
       }
       if (unsure == 0) continue;
