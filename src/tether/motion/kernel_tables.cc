@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "tether/common/overloaded.h"
 #include "tether/geometry/distance/bounds.h"
@@ -100,10 +101,48 @@ void AddPart(const CollisionScene::ArmPart& part, KernelTables& tables) {
   // The part's own ball about its origin may be smaller than that of its balls.
   out.radius = Upper(std::min(radius, geometry::BoundingRadius(part.primitive)));
   out.spread = Upper(spread);
-  out.first_obstacle = static_cast<int>(tables.nearby.size());
-  tables.nearby.insert(tables.nearby.end(), part.obstacles.begin(), part.obstacles.end());
-  out.num_obstacles = static_cast<int>(part.obstacles.size());
   tables.parts.push_back(out);
+}
+
+/// Parts `first` to `end`, all of one body.
+void AddGroup(const CollisionScene& scene, size_t first, size_t end, KernelTables& tables) {
+  const std::vector<CollisionScene::ArmPart>& arm = scene.arm();
+  KernelGroup out;
+  out.link = arm[first].link;
+  out.first_part = static_cast<int>(first);
+  out.num_parts = static_cast<int>(end - first);
+  geometry::Aabb box;
+  std::set<int> obstacles;
+  for (size_t i = first; i < end; ++i) {
+    box.Include(geometry::BoundingBox(arm[i].primitive, arm[i].X_LP));
+    obstacles.insert(arm[i].obstacles.begin(), arm[i].obstacles.end());
+  }
+  const Vector3d centre = 0.5 * (box.lower + box.upper);
+  double radius = 0, spread = 0;
+  for (size_t i = first; i < end; ++i) {
+    const KernelPart& part = tables.parts[i];
+    const double away = (arm[i].X_LP.p - centre).norm();
+    radius = std::max(radius, away + double{part.radius});
+    spread = std::max(spread, away + double{part.spread});
+  }
+  Copy(centre, out.centre);
+  // The single-precision centre is off by less than this.
+  out.radius = Upper(radius + 1e-6);
+  out.spread = Upper(spread + 1e-6);
+  out.first_obstacle = static_cast<int>(tables.nearby.size());
+  tables.nearby.insert(tables.nearby.end(), obstacles.begin(), obstacles.end());
+  out.num_obstacles = static_cast<int>(obstacles.size());
+  tables.groups.push_back(out);
+}
+
+void AddGroups(const CollisionScene& scene, KernelTables& tables) {
+  const auto& arm = scene.arm();
+  for (size_t first = 0, end = 0; first < arm.size(); first = end) {
+    while (end < arm.size() && arm[end].body == arm[first].body &&
+           end - first < size_t{KernelGroup::kMostParts})
+      ++end;
+    AddGroup(scene, first, end, tables);
+  }
 }
 
 }  // namespace
@@ -124,6 +163,7 @@ KernelTables MakeKernelTables(const CollisionScene& scene) {
   reach += extent;
   AddObstacles(scene, reach, tables);
   for (const CollisionScene::ArmPart& part : scene.arm()) AddPart(part, tables);
+  AddGroups(scene, tables);
   const double margin = 2 * kUlp * kUlpsPerJoint * (scene.model().dof() + 1) * reach;
   for (const CollisionScene::PartPair& pair : scene.pairs())
     tables.pairs.push_back({pair.a, pair.b, Upper(margin)});

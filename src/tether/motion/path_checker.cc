@@ -28,12 +28,29 @@ struct PathChecker::Work {
         kernel(lanes == Lanes::kBest && internal::HaveWideKernel() ? internal::CheckSpheresWide
                                                                    : internal::CheckSpheresPlain),
         poses(scene->model().chain(), scene->model().home()),
-        part_path(scene->arm().size()),
-        part_bend(scene->arm().size()),
-        pair_path(scene->pairs().size()),
         part_motion(scene->arm().size()),
         part_curve(scene->arm().size()),
-        pair_motion(scene->pairs().size()) {}
+        pair_motion(scene->pairs().size()) {
+    const auto& arm = scene->arm();
+    const int dof = scene->model().dof();
+    const auto parts = static_cast<Eigen::Index>(arm.size());
+    const auto pairs = static_cast<Eigen::Index>(scene->pairs().size());
+    part_reach = Eigen::MatrixXd::Zero(parts, dof);
+    pair_reach = Eigen::MatrixXd::Zero(pairs, dof);
+    part_path = part_bend = VectorXd::Zero(parts);
+    pair_path = VectorXd::Zero(pairs);
+    for (size_t i = 0; i < arm.size(); ++i) {
+      for (int j = 0; j < arm[i].link; ++j)
+        part_reach(static_cast<Eigen::Index>(i), j) = arm[i].reach[static_cast<size_t>(j)];
+    }
+    for (Eigen::Index i = 0; i < pairs; ++i) {
+      const CollisionScene::PartPair& pair = scene->pairs()[static_cast<size_t>(i)];
+      const auto& b = arm[static_cast<size_t>(pair.b)];
+      // Joints that move both do not bring them nearer.
+      for (int j = arm[static_cast<size_t>(pair.a)].link; j < b.link; ++j)
+        pair_reach(i, j) = b.reach[static_cast<size_t>(j)];
+    }
+  }
 
   /// Two parts that are looked at exactly; `other` as in internal::KernelAnswer::Unsure.
   struct Near {
@@ -58,9 +75,11 @@ struct PathChecker::Work {
   internal::KernelSegment segment;
   internal::KernelQuery query;
   internal::KernelAnswer answer;
-  std::vector<double> part_path;  ///< The most that a part moves from t = 0 to 1, m …
-  std::vector<double> part_bend;  ///< … its greatest acceleration, m per unit of t squared …
-  std::vector<double> pair_path;  ///< … and what pairs move relative to each other, m.
+  Eigen::MatrixXd part_reach, pair_reach;  ///< From the joints' axes, by part or pair and joint, m.
+  VectorXd rate;
+  VectorXd part_path;  ///< The most that a part moves from t = 0 to 1, m …
+  VectorXd part_bend;  ///< … its greatest acceleration, m per unit of t squared …
+  VectorXd pair_path;  ///< … and what pairs move relative to each other, m.
   std::vector<float> part_motion, part_curve, pair_motion;
   std::vector<Near> near;
   std::vector<internal::KernelAnswer::Unsure> unsure;
@@ -77,37 +96,30 @@ void PathChecker::Work::SetSegment(const VectorXd& a, const VectorXd& b) {
     segment.begin[j] = static_cast<float>(std::remainder(from, 2 * M_PI));
     segment.along[j] = static_cast<float>(along[j]);
   }
-  const auto& arm = scene->arm();
-  for (size_t i = 0; i < arm.size(); ++i) {
-    part_path[i] = part_bend[i] = 0;
-    double before = 0;
-    for (int j = 0; j < arm[i].link; ++j) {
-      const double rate = std::abs(along[j]), speed = rate * arm[i].reach[static_cast<size_t>(j)];
-      part_path[i] += speed;
-      // Of two joints' cross terms each bends by the speed that the later one gives.
-      part_bend[i] += speed * (2 * before + rate);
-      before += rate;
-    }
+  rate = along.cwiseAbs();
+  part_path.noalias() = part_reach * rate;
+  pair_path.noalias() = pair_reach * rate;
+  double before = 0;
+  for (int j = 0; j < chain.dof(); ++j) {
+    // Of two joints' cross terms each bends by the speed that the later one gives.
+    const double own = rate[j];
+    rate[j] *= 2 * before + own;
+    before += own;
   }
-  for (size_t i = 0; i < pair_path.size(); ++i) {
-    const CollisionScene::PartPair& pair = scene->pairs()[i];
-    const auto& b_part = arm[static_cast<size_t>(pair.b)];
-    pair_path[i] = 0;
-    // Joints that move both do not bring them nearer.
-    for (int j = arm[static_cast<size_t>(pair.a)].link; j < b_part.link; ++j)
-      pair_path[i] += std::abs(along[j]) * b_part.reach[static_cast<size_t>(j)];
-  }
+  part_bend.noalias() = part_reach * rate;
 }
 
 void PathChecker::Work::SetHalf(double half) {
   const auto grown = [&](double motion) {
     return static_cast<float>((motion + scene->clearance()) * (1 + 1e-6));
   };
-  for (size_t i = 0; i < part_path.size(); ++i) {
-    part_motion[i] = grown(part_path[i] * half);
-    part_curve[i] = grown(0.5 * part_bend[i] * half * half + kSpeedError * part_path[i] * half);
+  for (size_t i = 0; i < part_motion.size(); ++i) {
+    const auto part = static_cast<Eigen::Index>(i);
+    part_motion[i] = grown(part_path[part] * half);
+    part_curve[i] = grown(0.5 * part_bend[part] * half * half + kSpeedError * part_path[part] * half);
   }
-  for (size_t i = 0; i < pair_path.size(); ++i) pair_motion[i] = grown(pair_path[i] * half);
+  for (size_t i = 0; i < pair_motion.size(); ++i)
+    pair_motion[i] = grown(pair_path[static_cast<Eigen::Index>(i)] * half);
   query.half = static_cast<float>(half);
   query.part_motion = part_motion.data();
   query.part_curve = part_curve.data();
@@ -115,9 +127,8 @@ void PathChecker::Work::SetHalf(double half) {
 }
 
 double PathChecker::Work::Motion(const Near& pair, double half) const {
-  if (pair.other < 0) return pair_path[static_cast<size_t>(-1 - pair.other)] * half;
-  const auto index = static_cast<size_t>(pair.part);
-  const CollisionScene::ArmPart& part = scene->arm()[index];
+  if (pair.other < 0) return pair_path[-1 - pair.other] * half;
+  const CollisionScene::ArmPart& part = scene->arm()[static_cast<size_t>(pair.part)];
   const Vector3d middle = poses.X_BL(part.link) * part.X_LP.p;
   Vector3d velocity = Vector3d::Zero(), turn = Vector3d::Zero();
   for (int j = 1; j <= part.link; ++j) {
@@ -126,7 +137,7 @@ double PathChecker::Work::Motion(const Near& pair, double half) const {
     turn += along[j - 1] * X_BL.R.col(2);
   }
   const double speed = velocity.norm() + turn.norm() * part.radius;
-  return std::min(part_path[index] * half, (speed + 0.5 * part_bend[index] * half) * half);
+  return std::min(part_path[pair.part] * half, (speed + 0.5 * part_bend[pair.part] * half) * half);
 }
 
 bool PathChecker::Work::CheckLanes(int lanes, double half) {
@@ -195,7 +206,7 @@ bool PathChecker::IsFree(const VectorXd& q) {
 bool PathChecker::IsFree(const VectorXd& a, const VectorXd& b) {
   Work& work = *work_;
   work.SetSegment(a, b);
-  const double longest = *std::max_element(work.part_path.begin(), work.part_path.end());
+  const double longest = work.part_path.maxCoeff();
   const int batches =
       std::max(1, static_cast<int>(std::ceil(longest / (2 * kGrowth * internal::kLanes))));
   const int intervals = batches * internal::kLanes;

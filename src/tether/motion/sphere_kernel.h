@@ -25,7 +25,17 @@ struct KernelPart {
   float radius = 0;
   float spread = 0;  ///< The furthest of its spheres' centres from `centre`, m.
   int first_sphere = 0, num_spheres = 0;
-  int first_obstacle = 0, num_obstacles = 0;  ///< In `nearby`: those that it may ever touch.
+};
+
+/// Parts that move together, with a ball that holds those of all of them.
+struct KernelGroup {
+  static constexpr int kMostParts = 32;
+  int link = 0;
+  float centre[3] = {0, 0, 0};
+  float radius = 0;
+  float spread = 0;  ///< The furthest of its spheres' centres from `centre`, m.
+  int first_part = 0, num_parts = 0;
+  int first_obstacle = 0, num_obstacles = 0;  ///< In `nearby`: those that any of them may ever touch.
 };
 
 /// A convex obstacle in the base frame: a core with a ball of radius `rounding` added.
@@ -50,6 +60,7 @@ struct KernelTables {
   std::vector<std::array<float, 12>> joints;  ///< X_PJ: rotation by rows, then position.
   std::vector<KernelSphere> spheres;
   std::vector<KernelPart> parts;
+  std::vector<KernelGroup> groups;
   std::vector<int> nearby;
   std::vector<KernelObstacle> obstacles;
   std::vector<std::array<float, 4>> faces;

@@ -116,46 +116,72 @@ struct KernelBody {
   /// The same for thresholds of its own in each lane, none below 0.
   static uint32_t CloserBy(F squared, F threshold) { return V::Mask(V::Less(squared, threshold * threshold)); }
 
-  /// The most that a part's spheres move within the interval.
-  static F Motion(const KernelPart& part, int index, const Frame& frame, const Vec& middle,
-                  const KernelQuery& query) {
+  /// The most that spheres about `middle` move within the interval; `bound` and `curve` as in the query.
+  static F Motion(const Frame& frame, const Vec& middle, float spread, float half, float bound, float curve) {
     const Vec lever = Cross(frame.w, Difference(middle, frame.p));
     const Vec velocity = {frame.v.x + lever.x, frame.v.y + lever.y, frame.v.z + lever.z};
-    const F speed = Length(velocity) + Length(frame.w) * V::Splat(part.spread);
-    const F bound = V::Splat(query.part_motion[index]);
-    const F curved = speed * V::Splat(query.half) + V::Splat(query.part_curve[index]);
-    return V::Select(V::Less(curved, bound), curved, bound);
+    const F speed = Length(velocity) + Length(frame.w) * V::Splat(spread);
+    const F curved = speed * V::Splat(half) + V::Splat(curve);
+    const F most = V::Splat(bound);
+    return V::Select(V::Less(curved, most), curved, most);
   }
 
-  /// One part against the obstacles near it.
-  static bool CheckPart(const KernelTables& tables, int index, const Frame* frames, const KernelQuery& query,
+  /// A part's spheres against one obstacle; false if it is blocked.
+  static bool CheckPart(const KernelTables& tables, int index, int other, const Frame& frame, F motion,
                         uint32_t lanes, KernelAnswer& answer) {
     const KernelPart& part = tables.parts[static_cast<size_t>(index)];
-    const Frame& frame = frames[part.link];
-    if (part.num_obstacles == 0) return true;
-    const Vec middle = frame * part.centre;
-    const F motion = Motion(part, index, frame, middle, query);
-    for (int k = part.first_obstacle; k < part.first_obstacle + part.num_obstacles; ++k) {
+    const KernelObstacle& o = tables.obstacles[static_cast<size_t>(other)];
+    const F add = motion + V::Splat(o.rounding + o.margin);
+    const uint32_t near = lanes & CloserBy(SquaredDistance(tables, o, frame * part.centre),
+                                           V::Splat(part.radius) + add);
+    if (near == 0) return true;
+    uint32_t unsure = 0;
+    // Of a hull only a lower bound of the distance is known.
+    const bool hull = o.kind == KernelObstacle::Kind::kHull;
+    for (int s = part.first_sphere; s < part.first_sphere + part.num_spheres; ++s) {
+      const KernelSphere& sphere = tables.spheres[static_cast<size_t>(s)];
+      const F squared = SquaredDistance(tables, o, frame * sphere.centre);
+      const float touch = hull ? 0.0f : sphere.inner + o.rounding - o.margin;
+      answer.blocked |= near & Closer(squared, touch);
+      unsure |= near & CloserBy(squared, V::Splat(sphere.outer) + add);
+      if (answer.blocked != 0) return false;
+    }
+    if (unsure == 0) return true;
+    answer.unsure |= unsure;
+    V::Add(answer, index, other, unsure);
+    return true;
+  }
+
+  /// A group against the obstacles near it.
+  static bool CheckGroup(const KernelTables& tables, const KernelGroup& group, const Frame* frames,
+                         const KernelQuery& query, uint32_t lanes, KernelAnswer& answer) {
+    if (group.num_obstacles == 0) return true;
+    const Frame& frame = frames[group.link];
+    float bound = 0, curve = 0;
+    for (int i = group.first_part; i < group.first_part + group.num_parts; ++i) {
+      bound = bound < query.part_motion[i] ? query.part_motion[i] : bound;
+      curve = curve < query.part_curve[i] ? query.part_curve[i] : curve;
+    }
+    const Vec middle = frame * group.centre;
+    const F motion = Motion(frame, middle, group.spread, query.half, bound, curve);
+    F part_motion[KernelGroup::kMostParts];
+    bool known = false;
+    for (int k = group.first_obstacle; k < group.first_obstacle + group.num_obstacles; ++k) {
       const int other = tables.nearby[static_cast<size_t>(k)];
       const KernelObstacle& o = tables.obstacles[static_cast<size_t>(other)];
-      const F add = motion + V::Splat(o.rounding + o.margin);
-      const uint32_t near =
-          lanes & CloserBy(SquaredDistance(tables, o, middle), V::Splat(part.radius) + add);
+      const F reach = motion + V::Splat(group.radius + o.rounding + o.margin);
+      const uint32_t near = lanes & CloserBy(SquaredDistance(tables, o, middle), reach);
       if (near == 0) continue;
-      uint32_t unsure = 0;
-      // Of a hull only a lower bound of the distance is known: its inside.
-      const bool hull = o.kind == KernelObstacle::Kind::kHull;
-      for (int s = part.first_sphere; s < part.first_sphere + part.num_spheres; ++s) {
-        const KernelSphere& sphere = tables.spheres[static_cast<size_t>(s)];
-        const F squared = SquaredDistance(tables, o, frame * sphere.centre);
-        const float touch = hull ? 0.0f : sphere.inner + o.rounding - o.margin;
-        answer.blocked |= near & Closer(squared, touch);
-        unsure |= near & CloserBy(squared, V::Splat(sphere.outer) + add);
-        if (answer.blocked != 0) return false;
+      for (int i = 0; i < group.num_parts; ++i) {
+        const int index = group.first_part + i;
+        const KernelPart& part = tables.parts[static_cast<size_t>(index)];
+        if (!known) {
+          part_motion[i] = Motion(frame, frame * part.centre, part.spread, query.half,
+                                  query.part_motion[index], query.part_curve[index]);
+        }
+        if (!CheckPart(tables, index, other, frame, part_motion[i], near, answer)) return false;
       }
-      if (unsure == 0) continue;
-      answer.unsure |= unsure;
-      V::Add(answer, index, other, unsure);
+      known = true;
     }
     return true;
   }
@@ -198,8 +224,8 @@ struct KernelBody {
     Frame frames[kMostLinks];
     PlaceLinks(tables, segment, t, frames);
     // The hand first: it is the likeliest to touch something.
-    for (int i = static_cast<int>(tables.parts.size()); i-- > 0;) {
-      if (!CheckPart(tables, i, frames, query, lanes, answer)) return;
+    for (size_t i = tables.groups.size(); i-- > 0;) {
+      if (!CheckGroup(tables, tables.groups[i], frames, query, lanes, answer)) return;
     }
     for (int i = 0; i < static_cast<int>(tables.pairs.size()); ++i) {
       if (!CheckPair(tables, i, frames, query, lanes, answer)) return;
