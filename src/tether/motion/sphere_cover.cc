@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 constexpr double kSpacing = 0.6;
 constexpr int kMostAlong = 40;
 // About so many cells for other kinds.
-constexpr double kCells = 60;
+constexpr double kCells = 12;
 
 std::vector<CoverSphere> CoverCapsule(double radius, double length) {
   const double pieces = std::ceil(length / (kSpacing * radius));

@@ -197,13 +197,15 @@ struct KernelBody {
     const auto squared = [](const Vec& p, const Vec& q) {
       return Square(p.x - q.x) + Square(p.y - q.y) + Square(p.z - q.z);
     };
+    const Vec middle_b = frame_b * b.centre;
     const uint32_t near =
-        lanes & Closer(squared(frame_a * a.centre, frame_b * b.centre), a.radius + b.radius + add);
+        lanes & Closer(squared(frame_a * a.centre, middle_b), a.radius + b.radius + add);
     if (near == 0) return true;
     uint32_t unsure = 0;
     for (int s = a.first_sphere; s < a.first_sphere + a.num_spheres; ++s) {
       const KernelSphere& sphere = tables.spheres[static_cast<size_t>(s)];
       const Vec centre = frame_a * sphere.centre;
+      if ((near & Closer(squared(centre, middle_b), sphere.outer + b.radius + add)) == 0) continue;
       for (int r = b.first_sphere; r < b.first_sphere + b.num_spheres; ++r) {
         const KernelSphere& other = tables.spheres[static_cast<size_t>(r)];
         const F apart = squared(centre, frame_b * other.centre);
