@@ -186,10 +186,9 @@ int BenchMotion(const BenchArguments& arguments) {
     throw InputError("benchmark 'motion' needs problems",
                      "--problems DIR, a folder of MotionBenchMaker's scenes and requests");
   }
-  const bench::MotionBench bench =
-      bench::BenchmarkMotion(options, [&](const bench::MotionMeasurement& row) {
-        if (!row.reason.empty()) terminal.Print(row.name + ": " + row.reason);
-      });
+  const bench::MotionBench bench = bench::BenchmarkMotion(options, [&](const bench::MotionMeasurement& row) {
+    if (!row.reason.empty()) terminal.Print(row.name + ": " + row.reason);
+  });
   terminal.Print(bench::MotionBenchText(bench));
   WriteResult(arguments, bench::WriteMotionBench(bench));
   return bench.interrupted ? kExitInterrupted : bench.collisions() == 0 ? kExitSuccess : kExitFailed;

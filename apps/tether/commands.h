@@ -52,7 +52,7 @@ struct BenchArguments {
   std::optional<int> ticks;  ///< For benchmark `control`.
   std::string problems;      ///< For benchmark `motion`, as `robot`.
   std::string robot;
-  std::string program;       ///< Path of the program itself.
+  std::string program;  ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -212,8 +212,9 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
   command->add_option("--ticks", arguments.ticks, "control: ticks per robot and form of region (20,000)")
       ->type_name("N");
   command
-      ->add_option("--problems", arguments.problems,
-                   "motion: a folder with sceneN.yaml and requestN.yaml of MotionBenchMaker, or folders of such")
+      ->add_option(
+          "--problems", arguments.problems,
+          "motion: a folder with sceneN.yaml and requestN.yaml of MotionBenchMaker, or folders of such")
       ->type_name("DIR");
   command->add_option("--robot", arguments.robot, "motion: a robot's name or file (panda_flange)")
       ->type_name("NAME");

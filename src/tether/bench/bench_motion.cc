@@ -40,8 +40,8 @@ const JointPosition* FindJoint(const std::vector<JointPosition>& joints, const s
   return nullptr;
 }
 
-/// The arm's configuration. Joints that are not named are where `rest` has them; those beyond their limits are
-/// named in `beyond`.
+/// The arm's configuration. Joints that are not named are where `rest` has them; those beyond their limits
+/// are named in `beyond`.
 VectorXd Configuration(const robot::Model& model, const std::vector<JointPosition>& joints,
                        const VectorXd& rest, std::string* beyond) {
   VectorXd q = rest;
@@ -250,10 +250,7 @@ Totals Sum(const MotionBench& bench) {
 }
 
 Value WriteQuantiles(const Quantiles& quantiles) {
-  return Value::Object()
-      .Set("median", quantiles.median)
-      .Set("p95", quantiles.p95)
-      .Set("max", quantiles.max);
+  return Value::Object().Set("median", quantiles.median).Set("p95", quantiles.p95).Set("max", quantiles.max);
 }
 
 const char* Name(MotionOutcome outcome) {
@@ -320,10 +317,8 @@ Value WriteMotionBench(const MotionBench& bench) {
   Value failures = Value::Array(), rows = Value::Array(), unknown = Value::Object();
   for (const MotionMeasurement& row : bench.rows) {
     if (row.outcome != MotionOutcome::kSolved) {
-      failures.Append(Value::Object()
-                          .Set("name", row.name)
-                          .Set("outcome", Name(row.outcome))
-                          .Set("reason", row.reason));
+      failures.Append(
+          Value::Object().Set("name", row.name).Set("outcome", Name(row.outcome)).Set("reason", row.reason));
       if (row.outcome != MotionOutcome::kCollides && row.outcome != MotionOutcome::kUnsolved) continue;
     }
     rows.Append(Value::Object()

@@ -19,10 +19,10 @@ struct MotionBenchOptions {
 
 enum class MotionOutcome {
   kSolved,
-  kInvalid,     ///< The start or every goal touches something or is beyond a limit.
-  kNotRead,     ///< Files that are malformed, or a shape that we do not have.
-  kUnsolved,    ///< No path within the limit.
-  kCollides,    ///< The exact check refutes the path.
+  kInvalid,   ///< The start or every goal touches something or is beyond a limit.
+  kNotRead,   ///< Files that are malformed, or a shape that we do not have.
+  kUnsolved,  ///< No path within the limit.
+  kCollides,  ///< The exact check refutes the path.
 };
 
 struct MotionMeasurement {
@@ -49,8 +49,9 @@ struct MotionBench {
   int collisions() const;  ///< Paths that the exact check refutes.
 };
 
-/// Plans each problem, on one thread, and verifies each path by exact distances at steps of at most 1e-3 rad. Calls
-/// `on_row` for each as soon as it is known. Throws InputError if there are no problems or no such robot.
+/// Plans each problem, on one thread, and verifies each path by exact distances at steps of at most 1e-3 rad.
+/// Calls `on_row` for each as soon as it is known. Throws InputError if there are no problems or no such
+/// robot.
 MotionBench BenchmarkMotion(const MotionBenchOptions& options,
                             const std::function<void(const MotionMeasurement&)>& on_row);
 

@@ -25,9 +25,10 @@ std::string TextOf(const Value& map, std::string_view key) {
   return value != nullptr ? value->AsText() : "";
 }
 
-/// A MoveIt message has more keys than we need; those that we need are read from maps by name, and must be there.
-const Value* Member(const Value& map, std::string_view key, const std::string& what, std::string_view accepted,
-                    Diagnostics& diagnostics) {
+/// A MoveIt message has more keys than we need; those that we need are read from maps by name, and must be
+/// there.
+const Value* Member(const Value& map, std::string_view key, const std::string& what,
+                    std::string_view accepted, Diagnostics& diagnostics) {
   const Value* value = map.is_object() ? map.Find(key) : nullptr;
   if (value == nullptr) {
     diagnostics.Add(map.where(), what + " has no '" + std::string(key) + "'",
@@ -81,8 +82,7 @@ void ReadObject(const Value& object, MotionProblem& problem, Diagnostics& diagno
   const std::string name = TextOf(object, "id");
   const std::string what = "object '" + name + "'";
   for (const char* other : {"meshes", "planes"}) {
-    if (!Items(object.Find(other)).empty())
-      problem.unknown.push_back(std::string(other) + " (" + what + ")");
+    if (!Items(object.Find(other)).empty()) problem.unknown.push_back(std::string(other) + " (" + what + ")");
   }
   Pose X_BO;
   if (const Value* pose = object.Find("pose"); pose != nullptr && pose->is_object())
@@ -108,7 +108,8 @@ void ReadObject(const Value& object, MotionProblem& problem, Diagnostics& diagno
 void ReadScene(const Value& root, MotionProblem& problem, Diagnostics& diagnostics) {
   const Value* world = Member(root, "world", "the scene", "a map", diagnostics);
   if (world == nullptr) return;
-  for (const Value& object : Items(world->Find("collision_objects"))) ReadObject(object, problem, diagnostics);
+  for (const Value& object : Items(world->Find("collision_objects")))
+    ReadObject(object, problem, diagnostics);
   if (const Value* octomap = world->Find("octomap"); octomap != nullptr && octomap->is_object())
     problem.unknown.emplace_back("octomap");
   const Value* state = root.Find("robot_state");

@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 // Parts further apart than the arm reaches by this are never checked, m.
 constexpr double kBeyondReach = 0.01;
 
-/// Upper bounds of the distance of a part's points from each joint's axis: along the chain, the lengths between
-/// the joints' origins add up.
+/// Upper bounds of the distance of a part's points from each joint's axis: along the chain, the lengths
+/// between the joints' origins add up.
 std::vector<double> ReachFromAxes(const robot::Chain& chain, int link, const geometry::Part& part) {
   std::vector<double> reach(static_cast<size_t>(chain.dof()), 0.0);
   const double radius = geometry::BoundingRadius(part.primitive);
@@ -86,8 +86,7 @@ void CollisionScene::AddArm(const Snapshot& snapshot) {
   for (const robot::LinkSolid& link : solids.links) add(link.name, link.link, link.shape, math::Pose());
   num_links_ = static_cast<int>(body_names_.size());
   add("hand", chain.dof(), model_->HandShape(snapshot.opening), chain.X_LH);
-  for (const HeldSolid& held : snapshot.held)
-    add(held.name, chain.dof(), held.shape, chain.X_LH * held.X_HO);
+  for (const HeldSolid& held : snapshot.held) add(held.name, chain.dof(), held.shape, chain.X_LH * held.X_HO);
 }
 
 void CollisionScene::AddPart(int body, int link, const geometry::Part& part) {

@@ -47,10 +47,10 @@ struct Touch {
   std::string Text() const;
 };
 
-/// A snapshot made ready for many checks: the arm's convex parts and the obstacles, each in single precision with
-/// bounding spheres too, and the pairs of them that can touch at all. Immutable; shared between threads. The base
-/// is not checked against obstacles: no motion changes that. What is held is checked against obstacles, and
-/// against the links that the hand is checked against.
+/// A snapshot made ready for many checks: the arm's convex parts and the obstacles, each in single precision
+/// with bounding spheres too, and the pairs of them that can touch at all. Immutable; shared between threads.
+/// The base is not checked against obstacles: no motion changes that. What is held is checked against
+/// obstacles, and against the links that the hand is checked against.
 class CollisionScene {
  public:
   static std::shared_ptr<const CollisionScene> Compile(const Snapshot& snapshot);

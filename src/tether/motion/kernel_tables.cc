@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A single-precision unit in the last place, and how many of them a chain of operations may lose per joint and
-// per metre: an angle of up to 2π, its sine and cosine and two products.
+// A single-precision unit in the last place, and how many of them a chain of operations may lose per joint
+// and per metre: an angle of up to 2π, its sine and cosine and two products.
 constexpr double kUlp = std::numeric_limits<float>::epsilon();
 constexpr double kUlpsPerJoint = 16;
 constexpr double kUlpsPerObstacle = 16;
@@ -58,10 +58,9 @@ void SetShape(const geometry::Primitive& primitive, KernelTables& tables, Kernel
                    out.kind = Kind::kHull;
                    out.first_face = static_cast<int>(tables.faces.size());
                    for (const auto& face : hull.polytope->faces) {
-                     tables.faces.push_back({static_cast<float>(face.normal.x()),
-                                             static_cast<float>(face.normal.y()),
-                                             static_cast<float>(face.normal.z()),
-                                             static_cast<float>(face.offset)});
+                     tables.faces.push_back(
+                         {static_cast<float>(face.normal.x()), static_cast<float>(face.normal.y()),
+                          static_cast<float>(face.normal.z()), static_cast<float>(face.offset)});
                    }
                    out.num_faces = static_cast<int>(tables.faces.size()) - out.first_face;
                  },

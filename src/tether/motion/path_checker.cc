@@ -207,8 +207,7 @@ bool PathChecker::IsFree(const VectorXd& a, const VectorXd& b) {
   Work& work = *work_;
   work.SetSegment(a, b);
   const double longest = work.part_path.maxCoeff();
-  const int batches =
-      std::max(1, static_cast<int>(std::ceil(longest / (2 * kGrowth * internal::kLanes))));
+  const int batches = std::max(1, static_cast<int>(std::ceil(longest / (2 * kGrowth * internal::kLanes))));
   const int intervals = batches * internal::kLanes;
   const double half = 0.5 / intervals;
   work.SetHalf(half * (1 + 1e-4));  // `t` is rounded.

@@ -15,15 +15,15 @@ enum class Lanes {
   kPlain,  ///< One after the other.
 };
 
-/// Answers whether configurations, and straight lines between them, are free in a scene. The mutable part, one
-/// per thread; an answer never depends on what was asked before.
+/// Answers whether configurations, and straight lines between them, are free in a scene. The mutable part,
+/// one per thread; an answer never depends on what was asked before.
 ///
 /// A line that is called free is free everywhere, not only at samples: it is cut into intervals, and at the
 /// middle of each the distances have to exceed what any point can move to the interval's ends (bounded by the
 /// joints' angles times the lengths between their axes). Bounding spheres that are grown by this decide most
 /// intervals, several at once; where they do not, the exact distances of the pairs concerned decide, and
-/// intervals are halved where these are too near. A line that comes closer than kResolution to something (or to
-/// the scene's clearance) counts as blocked.
+/// intervals are halved where these are too near. A line that comes closer than kResolution to something (or
+/// to the scene's clearance) counts as blocked.
 class PathChecker {
  public:
   static constexpr double kResolution = 1e-5;  ///< m

@@ -82,7 +82,8 @@ TEST(PathCheckerTest, LinesAreProvedFree) {
       const bool is_free = checker.IsFree(a, b);
       EXPECT_EQ(checker.IsFree(b, a), is_free);
       double least = 1e300;
-      for (int k = 0; k <= 150; ++k) least = std::min(least, SlowDistance(snapshot, a + (b - a) * (k / 150.0)));
+      for (int k = 0; k <= 150; ++k)
+        least = std::min(least, SlowDistance(snapshot, a + (b - a) * (k / 150.0)));
       if (is_free) {
         EXPECT_GT(least, 0);
       }
@@ -101,8 +102,8 @@ TEST(PathCheckerTest, LinesAreProvedFree) {
 TEST(PathCheckerTest, ThinPlatesAreNotSteppedOver) {
   Snapshot snapshot;
   snapshot.model = Panda();
-  snapshot.obstacles.push_back({"plate", geometry::Shape(geometry::Box{{0.5, 0.001, 0.5}}),
-                                math::Pose(Eigen::Vector3d(0.6, 0, 0.5))});
+  snapshot.obstacles.push_back(
+      {"plate", geometry::Shape(geometry::Box{{0.5, 0.001, 0.5}}), math::Pose(Eigen::Vector3d(0.6, 0, 0.5))});
   PathChecker checker(CollisionScene::Compile(snapshot));
   VectorXd a = Panda()->home(), b = a;
   a[0] = -0.6;
@@ -131,7 +132,8 @@ TEST(PathCheckerTest, KernelsGiveTheSameAnswers) {
   for (uint64_t seed = 1; seed <= 10; ++seed) {
     const auto scene = CollisionScene::Compile(RandomScene(seed % 2 == 0 ? Panda() : Jaco(), seed, 10));
     Random random(seed);
-    const std::vector<float> part_motion(scene->arm().size(), 0.01f), pair_motion(scene->pairs().size(), 0.01f);
+    const std::vector<float> part_motion(scene->arm().size(), 0.01f),
+        pair_motion(scene->pairs().size(), 0.01f);
     for (int i = 0; i < 100; ++i) {
       internal::KernelSegment segment;
       internal::KernelQuery query;

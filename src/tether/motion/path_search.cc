@@ -16,8 +16,8 @@ using Eigen::VectorXd;
 
 // A tree grows by at most this at once, rad.
 constexpr double kRange = 1.5;
-// Dynamic domains: a node next to something is extended only towards samples within a radius, which shrinks and
-// grows by these factors.
+// Dynamic domains: a node next to something is extended only towards samples within a radius, which shrinks
+// and grows by these factors.
 constexpr double kFirstRadius = 4.0, kLeastRadius = 1.0, kRadiusFactor = 1e-4;
 
 /// A tree of configurations, each joined to its parent by a straight line that is free.
@@ -77,8 +77,7 @@ class Search {
         from_start_(problem.start.size()),
         from_goals_(problem.start.size()) {
     from_start_.Add(problem.start, -1, 0);
-    for (const int goal : free_goals)
-      from_goals_.Add(problem.goals[static_cast<size_t>(goal)], -1, goal);
+    for (const int goal : free_goals) from_goals_.Add(problem.goals[static_cast<size_t>(goal)], -1, goal);
     // The start may lie outside.
     lower_ = problem.lower.cwiseMin(problem.start);
     upper_ = problem.upper.cwiseMax(problem.start);
@@ -126,7 +125,8 @@ class Search {
     double& radius = tree.radius(nearest);
     if (distance > radius || distance == 0) return false;
     const VectorXd near = tree.q(nearest);
-    const VectorXd next = distance <= kRange ? sample : VectorXd(near + (sample - near) * (kRange / distance));
+    const VectorXd next =
+        distance <= kRange ? sample : VectorXd(near + (sample - near) * (kRange / distance));
     if (!checker_.IsFree(near, next)) {
       radius = std::isinf(radius) ? kFirstRadius : std::max(radius * (1 - kRadiusFactor), kLeastRadius);
       return false;

@@ -41,9 +41,9 @@ struct Path {
 };
 
 /// Bidirectional rapidly-exploring random trees (RRT-Connect, Kuffner and LaValle 2000) with dynamic domains
-/// (Yershova et al. 2005) and balanced growth, then shortcuts and smoothing. Every piece of the path is proved
-/// free (see PathChecker). The same problem gives the same path, with and without SIMD. `goals` must not be
-/// empty.
+/// (Yershova et al. 2005) and balanced growth, then shortcuts and smoothing. Every piece of the path is
+/// proved free (see PathChecker). The same problem gives the same path, with and without SIMD. `goals` must
+/// not be empty.
 Path FindPath(const PathProblem& problem);
 
 /// Its length, rad.

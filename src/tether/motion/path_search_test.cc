@@ -23,8 +23,8 @@ Snapshot Posts() {
   snapshot.model = Panda();
   snapshot.obstacles.push_back({"post", geometry::Shape(geometry::Box{{0.06, 0.06, 0.9}}),
                                 math::Pose(Eigen::Vector3d(0.45, 0, 0.45))});
-  snapshot.obstacles.push_back({"roof", geometry::Shape(geometry::Box{{1.5, 1.5, 0.05}}),
-                                math::Pose(Eigen::Vector3d(0.6, 0, 1.0))});
+  snapshot.obstacles.push_back(
+      {"roof", geometry::Shape(geometry::Box{{1.5, 1.5, 0.05}}), math::Pose(Eigen::Vector3d(0.6, 0, 1.0))});
   return snapshot;
 }
 

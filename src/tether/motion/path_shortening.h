@@ -6,8 +6,8 @@
 
 namespace tether::motion {
 
-/// Leaves out corners and pieces of a free path where the straight line is free. Deterministic by the problem's
-/// seed.
+/// Leaves out corners and pieces of a free path where the straight line is free. Deterministic by the
+/// problem's seed.
 void ShortenPath(const PathProblem& problem, PathChecker& checker, std::vector<Eigen::VectorXd>& path);
 
 /// Replaces corners by two gentler ones where what is cut off is free: after `rounds`, turns are at most a

@@ -24,7 +24,8 @@ std::vector<CoverSphere> CoverCapsule(double radius, double length) {
   const double outer = n == 0 ? radius : std::hypot(radius, length / (2 * n));
   std::vector<CoverSphere> cover;
   for (int i = 0; i <= n; ++i)
-    cover.push_back({Vector3d(0, 0, n == 0 ? 0 : length * (static_cast<double>(i) / n - 0.5)), outer, radius});
+    cover.push_back(
+        {Vector3d(0, 0, n == 0 ? 0 : length * (static_cast<double>(i) / n - 0.5)), outer, radius});
   return cover;
 }
 

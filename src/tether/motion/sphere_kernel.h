@@ -11,8 +11,8 @@ namespace tether::motion::internal {
 inline constexpr int kLanes = 8;       ///< Configurations at once.
 inline constexpr int kMostLinks = 17;  ///< robot::kMostJoints and the base.
 
-/// A ball in the frame of its part's link. The balls of a part cover it; `inner` is the radius of a ball about
-/// the same centre that lies within it; far below zero: there is none.
+/// A ball in the frame of its part's link. The balls of a part cover it; `inner` is the radius of a ball
+/// about the same centre that lies within it; far below zero: there is none.
 struct KernelSphere {
   float centre[3];
   float outer, inner;  ///< m
@@ -44,7 +44,8 @@ struct KernelObstacle {
   Kind kind = Kind::kBox;
   float axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< Rows: its axes.
   float origin[3] = {0, 0, 0};
-  float half[3] = {0, 0, 0};  ///< Of a box; radius, –, half the length of a cylinder; –, –, half of a segment.
+  float half[3] = {0, 0,
+                   0};  ///< Of a box; radius, –, half the length of a cylinder; –, –, half of a segment.
   float rounding = 0;
   float margin = 0;
   int first_face = 0, num_faces = 0;  ///< Of a hull: (normal, offset) in its frame.
@@ -73,10 +74,10 @@ struct KernelSegment {
   float along[kMostLinks] = {};
 };
 
-/// What each lane looks at: the configuration at t, and those from t − half to t + half. No point of a part moves
-/// further from where it is at t than `part_motion`, nor than half times its velocity at t plus `part_curve`; no
-/// part of a pair further than `pair_motion` relative to the other. The clearance that is to be kept is added to
-/// each of the three (m; one per part and pair of the tables).
+/// What each lane looks at: the configuration at t, and those from t − half to t + half. No point of a part
+/// moves further from where it is at t than `part_motion`, nor than half times its velocity at t plus
+/// `part_curve`; no part of a pair further than `pair_motion` relative to the other. The clearance that is to
+/// be kept is added to each of the three (m; one per part and pair of the tables).
 struct KernelQuery {
   float t[kLanes] = {};
   int lanes = kLanes;  ///< The first so many count.
@@ -92,8 +93,8 @@ struct KernelAnswer {
     int part = 0, other = 0;
     uint32_t lanes = 0;
   };
-  uint32_t blocked = 0;  ///< Not 0: the lanes whose configuration at t certainly collides, some of them.
-  uint32_t unsure = 0;   ///< Lanes to be looked at exactly; complete unless `blocked`.
+  uint32_t blocked = 0;       ///< Not 0: the lanes whose configuration at t certainly collides, some of them.
+  uint32_t unsure = 0;        ///< Lanes to be looked at exactly; complete unless `blocked`.
   std::vector<Unsure> pairs;  ///< What to look at; complete unless `blocked`.
 };
 

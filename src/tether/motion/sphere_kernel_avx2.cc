@@ -1,7 +1,8 @@
 #include "tether/motion/sphere_kernel.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
-// From here on, so that nothing of the standard library is compiled for AVX2. Without FMA: it rounds otherwise.
+// From here on, so that nothing of the standard library is compiled for AVX2. Without FMA: it rounds
+// otherwise.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 #include "tether/motion/sphere_kernel_body.h"

@@ -4,8 +4,8 @@
 
 #include "tether/motion/sphere_kernel.h"
 
-/// The code of both kernels. `V` says what a number is: one float, or eight. Each operation rounds as IEEE 754
-/// says, so that both give the same bits. Everything is a template of `V`, whose types are local to their
+/// The code of both kernels. `V` says what a number is: one float, or eight. Each operation rounds as IEEE
+/// 754 says, so that both give the same bits. Everything is a template of `V`, whose types are local to their
 /// files: no function that is compiled for one processor is ever taken for the other.
 namespace tether::motion::internal {
 
@@ -114,7 +114,9 @@ struct KernelBody {
     return threshold > 0 ? V::Mask(V::Less(squared, V::Splat(threshold * threshold))) : 0;
   }
   /// The same for thresholds of its own in each lane, none below 0.
-  static uint32_t CloserBy(F squared, F threshold) { return V::Mask(V::Less(squared, threshold * threshold)); }
+  static uint32_t CloserBy(F squared, F threshold) {
+    return V::Mask(V::Less(squared, threshold * threshold));
+  }
 
   /// The most that spheres about `middle` move within the interval; `bound` and `curve` as in the query.
   static F Motion(const Frame& frame, const Vec& middle, float spread, float half, float bound, float curve) {
@@ -132,8 +134,8 @@ struct KernelBody {
     const KernelPart& part = tables.parts[static_cast<size_t>(index)];
     const KernelObstacle& o = tables.obstacles[static_cast<size_t>(other)];
     const F add = motion + V::Splat(o.rounding + o.margin);
-    const uint32_t near = lanes & CloserBy(SquaredDistance(tables, o, frame * part.centre),
-                                           V::Splat(part.radius) + add);
+    const uint32_t near =
+        lanes & CloserBy(SquaredDistance(tables, o, frame * part.centre), V::Splat(part.radius) + add);
     if (near == 0) return true;
     uint32_t unsure = 0;
     // Of a hull only a lower bound of the distance is known.
@@ -198,8 +200,7 @@ struct KernelBody {
       return Square(p.x - q.x) + Square(p.y - q.y) + Square(p.z - q.z);
     };
     const Vec middle_b = frame_b * b.centre;
-    const uint32_t near =
-        lanes & Closer(squared(frame_a * a.centre, middle_b), a.radius + b.radius + add);
+    const uint32_t near = lanes & Closer(squared(frame_a * a.centre, middle_b), a.radius + b.radius + add);
     if (near == 0) return true;
     uint32_t unsure = 0;
     for (int s = a.first_sphere; s < a.first_sphere + a.num_spheres; ++s) {
