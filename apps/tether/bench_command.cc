@@ -139,26 +139,37 @@ int BenchControl(const BenchArguments& arguments) {
   terminal.Print("largest relative KKT residual " + std::string(kkt) + ", unsolved " +
                  std::to_string(bench.unsolved));
   const int ticks = arguments.ticks.value_or(20000);
-  terminal.Print("\n" + terminal.Bold(Column("one tick", 24) + Column("median (µs)", 14) +
+  terminal.Print("\n" + terminal.Bold(Column("one tick", 28) + Column("median (µs)", 14) +
                                       Column("p99 (µs)", 12) + Column("max (µs)", 12) + Column("> 1 ms", 10) +
                                       Column("max, CPU", 12) + Column("> 1 ms, CPU", 14) + "rows, mean"));
   Value tick_s = Value::Object(), rectangle_s = Value::Object();
+  Value torque_s = Value::Object(), torque_rectangle_s = Value::Object();
   int faults = 0;
+  const auto print_tick = [&](const std::string& name, const bench::TickBench& tick) {
+    faults += tick.faults;
+    terminal.Print(Column(name, 28) + Column(Fixed(1e6 * tick.median, 2), 13) +
+                   Column(Fixed(1e6 * tick.p99, 2), 12) + Column(Fixed(1e6 * tick.max, 1), 12) +
+                   Column(Fixed(100 * tick.over_1ms, 4) + " %", 10) +
+                   Column(Fixed(1e6 * tick.cpu_max, 1), 12) +
+                   Column(Fixed(100 * tick.cpu_over_1ms, 4) + " %", 14) + Fixed(tick.mean_rows, 1));
+  };
   for (const char* robot : {"j2n6s300", "panda"}) {
     for (const bench::BenchRegion region : {bench::BenchRegion::kDisc, bench::BenchRegion::kRectangle}) {
       const bool disc = region == bench::BenchRegion::kDisc;
       const bench::TickBench tick = bench::BenchmarkTicks(robot, region, ticks, bench.seed);
-      faults += tick.faults;
-      terminal.Print(Column(std::string(robot) + (disc ? ", disc" : ", rectangle"), 24) +
-                     Column(Fixed(1e6 * tick.median, 2), 13) + Column(Fixed(1e6 * tick.p99, 2), 12) +
-                     Column(Fixed(1e6 * tick.max, 1), 12) + Column(Fixed(100 * tick.over_1ms, 4) + " %", 10) +
-                     Column(Fixed(1e6 * tick.cpu_max, 1), 12) +
-                     Column(Fixed(100 * tick.cpu_over_1ms, 4) + " %", 14) + Fixed(tick.mean_rows, 1));
+      const std::string name = std::string(robot) + (disc ? ", disc" : ", rectangle");
+      print_tick(name, tick);
       (disc ? tick_s : rectangle_s).Set(robot, bench::WriteTickBench(tick));
+      const bench::TickBench torque = bench::BenchmarkTorqueTicks(robot, region, ticks, bench.seed);
+      print_tick(name + ", torque", torque);
+      (disc ? torque_s : torque_rectangle_s).Set(robot, bench::WriteTickBench(torque));
     }
   }
-  WriteResult(arguments,
-              bench::WriteControlBench(bench).Set("tick_s", tick_s).Set("tick_rectangle_s", rectangle_s));
+  WriteResult(arguments, bench::WriteControlBench(bench)
+                             .Set("tick_s", tick_s)
+                             .Set("tick_rectangle_s", rectangle_s)
+                             .Set("torque_tick_s", torque_s)
+                             .Set("torque_tick_rectangle_s", torque_rectangle_s));
   return bench.unsolved == 0 && bench.max_kkt <= 1e-12 && faults == 0 ? kExitSuccess : kExitFailed;
 }
 

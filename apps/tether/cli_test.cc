@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/tether/cli_testing.h"
+#include "testing/common/needs_plugin.h"
 #include "tether/common/document/value.h"
 #include "tether/common/exit_code.h"
 
@@ -113,6 +114,7 @@ TEST(CliTest, WhatCannotHoldTogetherIsNamedByEverySolver) {
   const std::string file = folder.File("tether_cli_far.yaml");
   WriteFile(file, text);
   for (const char* solver : {"native", "ipopt", "nlopt"}) {
+    if (solver != std::string("native") && !HasPlugin(solver)) continue;
     const Outcome outcome =
         Tether("plan '" + file + "' --threads 1 --time-limit 1.5 --json - --solver " + solver);
     EXPECT_EQ(outcome.exit_code, 4) << solver;
@@ -419,6 +421,7 @@ TEST(CliTest, PlanJsonHasTheDocumentedShapeAndThePlanFileFits) {
 }
 
 TEST(CliTest, AnInterruptedPlanIsExitCode130) {
+  TETHER_NEEDS_PLUGIN("nlopt");
   const Outcome outcome =
       Tether("plan " + Scenario("hanoi") + " --max-actions 30 --max-plans 0 --solver nlopt --json -",
              "timeout --preserve-status -s INT 2");

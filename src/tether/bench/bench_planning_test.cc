@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/needs_plugin.h"
 #include "tether/common/error.h"
 
 namespace tether::bench {
@@ -33,6 +34,7 @@ std::string Text(const Value& value, const std::string& key) {
 }
 
 TEST(PlanningBenchTest, ARowPerProblemAndSolverOnTheSamePrograms) {
+  TETHER_NEEDS_PLUGIN("ipopt");
   PlanningBenchOptions options;
   options.scenarios = {Path("tool_use")};
   options.solvers = {"native", "ipopt"};

@@ -9,6 +9,8 @@
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/objective.h"
 #include "tether/control/operational_space.h"
+#include "tether/control/torque/constrained_torque.h"
+#include "tether/control/torque/torque_limiter.h"
 
 namespace tether::control {
 namespace {
@@ -79,6 +81,69 @@ TEST(AllocationTest, ConstrainedVelocityControlTakesNothingFromTheHeap) {
     }
     EXPECT_EQ(allocations, 0) << name;
     EXPECT_GT(relaxed, 0) << name;
+  }
+}
+
+TEST(AllocationTest, ConstrainedTorqueControlTakesNothingFromTheHeap) {
+  for (const char* name : {"j2n6s300", "panda"}) {
+    const auto model = robot::Model::Load(name);
+    std::vector<Solid> solids;
+    std::vector<MovingPose> poses;
+    const auto add = [&](const char* object, const geometry::Primitive& primitive, const Eigen::Vector3d& p) {
+      solids.push_back({object, primitive, true});
+      poses.push_back({math::Pose(p)});
+    };
+    add("table", geometry::Box{{1.4, 1.8, 0.04}}, {0, 0, -0.02});
+    add("post", geometry::Cylinder{0.05, 0.4}, {0.3, 0.3, 0.2});
+    add("held", geometry::Box{{0.05, 0.05, 0.1}}, {0.3, 0, 0.3});
+    ClearanceConstraint clearance{"clearance", {}, true, {0, 1, 2}, 0.01, 0};
+    for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
+    const std::vector<FieldConstraint> fields = {
+        {"tilt",
+         constraints::MakeAngle(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), 0.35),
+         {},
+         {},
+         1},
+        {"cone", constraints::MakePointCone(0.05, {0.2, 0.2, 0.3}, Eigen::Vector3d::Zero()), {}, {2, {}}, 0}};
+    ConstrainedTorque controller(model, math::Pose(), solids, {clearance}, fields, {});
+    TorqueLimiter limiter(model, {});
+    controller.Hold(2);
+    Goal goal;
+    goal.functions =
+        MakeObjective(Objective::kPose, math::Pose(math::RotationFromRpy({M_PI, 0, 0}), {0.4, 0.2, 0.05}));
+    HandTarget target;
+    Eigen::VectorXd q = model->home(), v = Eigen::VectorXd::Zero(model->dof()), external = v;
+    robot::State state(model);
+    target.X_BH = state.X_BH();
+    const std::pair<int, int> allowed[] = {{controller.bodies().hand(), controller.bodies().object(0)}};
+    int relaxed = 0, yielding = 0;
+    long allocations = 0;
+    for (int tick = 0; tick < 2500; ++tick) {
+      state.Set(q, v);
+      poses[2].X = state.X_BH();
+      // A post that runs over the arm: rows conflict.
+      if (tick > 1000 && tick < 1800) {
+        poses[1].X.p = Eigen::Vector3d(0.3 - 0.001 * (tick - 1000), 0, 0.2);
+        poses[1].V[0] = -1;
+      }
+      // NOLINTNEXTLINE: an arm that is pushed.
+      external.setConstant(tick > 2000 ? 8 : 0);
+      HandTarget given = target;
+      if (tick == 2400) given.X_BH.p.x() = std::numeric_limits<double>::quiet_NaN();
+      const TorqueTask task{tick > 500 ? &given : nullptr, tick < 1500 ? &goal : nullptr, &model->home()};
+      const long before = heap_allocations;
+      controller.Allow(allowed);
+      const Eigen::VectorXd& torque =
+          limiter.Limit(state, controller.Compute({state, 0.02, poses, &external}, task));
+      allocations += heap_allocations - before;
+      relaxed += controller.flags().relaxed ? 1 : 0;
+      yielding += controller.flags().yielding ? 1 : 0;
+      v += 0.001 * state.M().llt().solve(torque - state.bias());
+      q += 0.001 * v;
+    }
+    EXPECT_EQ(allocations, 0) << name;
+    EXPECT_GT(relaxed, 0) << name;
+    EXPECT_GT(yielding, 0) << name;
   }
 }
 

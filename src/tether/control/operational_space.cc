@@ -60,6 +60,29 @@ void OperationalSpaceGains::Validate() const {
   diagnostics.ThrowIfAny();
 }
 
+bool IsFinite(const HandTarget& target) {
+  return target.X_BH.p.allFinite() && target.X_BH.R.allFinite() && target.V_BH.allFinite() &&
+         target.A_BH.allFinite() && target.F_BH.allFinite() && target.toward_obstacle.allFinite() &&
+         std::isfinite(target.obstacle_weight);
+}
+
+Vector6d DesiredHandAcceleration(const OperationalSpaceGains& gains, const math::Pose& X_BH,
+                                 const Vector6d& V_BH, const HandTarget& target) {
+  const Eigen::Vector3d position_error = Saturated(target.X_BH.p - X_BH.p, gains.max_position_error);
+  const Eigen::Matrix3d R_error = target.X_BH.R * X_BH.R.transpose();
+  const Eigen::Vector3d rotation_error = Saturated(math::LogSO3(R_error), gains.max_rotation_error);
+  Vector6d a = target.A_BH;
+  a.head<3>() +=
+      gains.position * position_error + gains.position_damping * (target.V_BH.head<3>() - V_BH.head<3>());
+  a.tail<3>() +=
+      gains.rotation * rotation_error + gains.rotation_damping * (target.V_BH.tail<3>() - V_BH.tail<3>());
+  const double approach = V_BH.head<3>().dot(target.toward_obstacle);
+  if (approach > 0) {
+    a.head<3>() -= gains.obstacle_damping * target.obstacle_weight * approach * target.toward_obstacle;
+  }
+  return a;
+}
+
 struct OperationalSpaceController::Workspace {
   std::shared_ptr<const robot::Model> model;
   OperationalSpaceGains gains;
@@ -83,7 +106,6 @@ struct OperationalSpaceController::Workspace {
 
   const Eigen::VectorXd& Fault(const robot::State& state);
   void ComputeLambda(const robot::State& state);
-  Vector6d DesiredAcceleration(const robot::State& state, const HandTarget& target) const;
   void ComputePosture(const robot::State& state);
   void ComputeBrakes(const robot::State& state);
   void Limit();
@@ -117,19 +139,18 @@ const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& s
                                                            const HandTarget& target) {
   Workspace& w = *work_;
   w.flags = {};
-  const bool target_finite = target.X_BH.p.allFinite() && target.X_BH.R.allFinite() &&
-                             target.V_BH.allFinite() && target.A_BH.allFinite() && target.F_BH.allFinite() &&
-                             target.toward_obstacle.allFinite() && std::isfinite(target.obstacle_weight);
   const bool state_finite = state.q().allFinite() && state.v().allFinite() && state.bias().allFinite() &&
                             state.J_BH().allFinite() && state.M().allFinite() && state.X_BH().p.allFinite() &&
                             state.X_BH().R.allFinite();
-  if (!target_finite || !state_finite) return w.Fault(state);
+  if (!IsFinite(target) || !state_finite) return w.Fault(state);
   w.bias = state.bias();
 
   w.M_llt.compute(state.M());
   if (w.M_llt.info() != Eigen::Success) return w.Fault(state);
   w.ComputeLambda(state);
-  const Vector6d force = w.lambda * w.DesiredAcceleration(state, target) + target.F_BH;
+  const Vector6d acceleration =
+      DesiredHandAcceleration(w.gains, state.X_BH(), state.J_BH() * state.v(), target);
+  const Vector6d force = w.lambda * acceleration + target.F_BH;
   w.task.noalias() = state.J_BH().transpose() * force;
 
   w.ComputePosture(state);
@@ -188,26 +209,6 @@ void OperationalSpaceController::Workspace::ComputeLambda(const robot::State& st
   }
   lambda = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   lambda = scale.asDiagonal() * lambda * scale.asDiagonal();
-}
-
-// Paper A, eqs. (30b) and (31c)–(31d), with the target's motion fed forward.
-Vector6d OperationalSpaceController::Workspace::DesiredAcceleration(const robot::State& state,
-                                                                    const HandTarget& target) const {
-  const math::Pose& X_BH = state.X_BH();
-  const Vector6d V_BH = state.J_BH() * state.v();
-  const Eigen::Vector3d position_error = Saturated(target.X_BH.p - X_BH.p, gains.max_position_error);
-  const Eigen::Matrix3d R_error = target.X_BH.R * X_BH.R.transpose();
-  const Eigen::Vector3d rotation_error = Saturated(math::LogSO3(R_error), gains.max_rotation_error);
-  Vector6d a = target.A_BH;
-  a.head<3>() +=
-      gains.position * position_error + gains.position_damping * (target.V_BH.head<3>() - V_BH.head<3>());
-  a.tail<3>() +=
-      gains.rotation * rotation_error + gains.rotation_damping * (target.V_BH.tail<3>() - V_BH.tail<3>());
-  const double approach = V_BH.head<3>().dot(target.toward_obstacle);
-  if (approach > 0) {
-    a.head<3>() -= gains.obstacle_damping * target.obstacle_weight * approach * target.toward_obstacle;
-  }
-  return a;
 }
 
 void OperationalSpaceController::Workspace::ComputePosture(const robot::State& state) {

@@ -40,6 +40,14 @@ struct HandTarget {
   double obstacle_weight = 1;
 };
 
+/// Whether every number is finite.
+bool IsFinite(const HandTarget& target);
+
+/// What the hand's acceleration (linear, angular; base frame) should be: Paper A, eqs. (30b) and (31c)–(31d),
+/// with the target's motion fed forward, and long errors shortened. `V_BH`: the hand's velocity.
+math::Vector6d DesiredHandAcceleration(const OperationalSpaceGains& gains, const math::Pose& X_BH,
+                                       const math::Vector6d& V_BH, const HandTarget& target);
+
 /// What kept the last torques from being the plain operational-space law. None is an error: the torques are
 /// safe.
 struct ControlFlags {

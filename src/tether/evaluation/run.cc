@@ -12,6 +12,7 @@
 #include "tether/common/log.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
+#include "tether/evaluation/margins/torque_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan_file.h"
@@ -29,6 +30,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double kLogPeriod = 0.05;
 // Distances above this are not measured, m.
 constexpr double kFarAway = 0.9;
+// Of torque runs, which have a tick each millisecond, distances above this are not measured, m.
+constexpr double kNear = 0.2;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -42,11 +45,16 @@ class Run {
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
         runner_(MakeRunner(scenario, scene, task, plan, options)),
-        margins_(scene, scenario.models, runner_->plan().robot, scenario.control_constraints),
+        margins_(scene, scenario.models, runner_->plan().robot, MeasuredConstraints(scenario, scene),
+                 UsesTorques(scenario) ? kNear : 1.0),
         cost_(plan.cost),
         done_(options.events.size(), false) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
     if (goal) temporal_judge_.emplace(scene, task, *goal);
+    if (UsesTorques(scenario)) {
+      torque_margins_.emplace(scenario.models.at(runner_->plan().robot), scenario.execution.max_force,
+                              period_);
+    }
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -75,6 +83,10 @@ class Run {
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
     report_.margins = margins_.margins();
+    if (torque_margins_) {
+      const std::vector<Margin>& more = torque_margins_->margins();
+      report_.margins.insert(report_.margins.end(), more.begin(), more.end());
+    }
     return std::move(report_);
   }
 
@@ -108,6 +120,9 @@ class Run {
     if (settings.gain) options.gains.position = options.gains.rotation = *settings.gain;
     if (settings.damping) options.gains.position_damping = options.gains.rotation_damping = *settings.damping;
     options.gains.Validate();
+    options.constrained = settings.controller == "constrained_torque";
+    options.servo.constraints = scenario.control_constraints;
+    options.servo.max_force = settings.max_force;
     return options;
   }
 
@@ -145,6 +160,7 @@ class Run {
     const robot::Commands& commands = runner_->Step(truth_, observations_);
     if (runner_->running()) {
       margins_.Observe(truth_, observations_, *runner_);
+      if (torque_margins_) ObserveTorques(commands);
       if (options_.log) Log();
     }
     FeedJudge();
@@ -155,6 +171,34 @@ class Run {
       std::this_thread::sleep_until(
           begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
     }
+  }
+
+  static bool UsesTorques(const scenario::Scenario& scenario) {
+    return scenario.execution.controller != "constrained_velocity";
+  }
+  static std::vector<control::ConstraintSpec> MeasuredConstraints(const scenario::Scenario& scenario,
+                                                                  const scene::Scene& scene) {
+    if (!UsesTorques(scenario)) return scenario.control_constraints;
+    return execution::TorqueConstraints(scenario.control_constraints, scene);
+  }
+
+  void ObserveTorques(const robot::Commands& commands) {
+    const std::string& robot = runner_->plan().robot;
+    const std::string& held = runner_->held();
+    const auto allowed = [&](const std::string& a, const std::string& b) {
+      return std::any_of(runner_->allowed().begin(), runner_->allowed().end(), [&](const auto& pair) {
+        return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
+      });
+    };
+    unintended_.clear();
+    for (const scene::Object& object : scene_.objects) {
+      if (object.name != held && !allowed("hand", object.name)) {
+        unintended_.push_back({robot, object.name, world_.ContactForce(robot, object.name)});
+      }
+      if (held.empty() || object.name == held || allowed(held, object.name)) continue;
+      unintended_.push_back({held, object.name, world_.ContactForce(held, object.name)});
+    }
+    torque_margins_->Observe(world_.time(), commands.at(robot).torque, unintended_);
   }
 
   /// Adds a sample to the log, twenty times a second.
@@ -350,6 +394,8 @@ class Run {
   sim::World world_;
   std::unique_ptr<execution::PlanRunner> runner_;
   MarginMonitor margins_;
+  std::optional<TorqueMargins> torque_margins_;
+  std::vector<PairForce> unintended_;
   std::optional<TemporalJudge> temporal_judge_;
   int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tether/evaluation/judge.h"
-#include "tether/evaluation/margins.h"
+#include "tether/evaluation/margins/margins.h"
 #include "tether/evaluation/run_log.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/velocity_executive.h"
@@ -61,7 +61,9 @@ struct RunReport {
   int retries = 0;
   int replans = 0;
   std::vector<RunEvent> events;
-  std::vector<Margin> margins;  ///< Of the scenario's control constraints, while the plan ran.
+  /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
+  /// from everything that no step intends, torques, torque rates and unintended forces.
+  std::vector<Margin> margins;
   std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
   std::vector<std::string> snapshots;            ///< Files written.
   RunLog log;                                    ///< If asked for.

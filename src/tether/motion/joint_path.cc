@@ -86,7 +86,7 @@ class Tree {
 class Search {
  public:
   Search(const JointPathProblem& problem, const std::vector<VectorXd>& goals, Checker& checker)
-      : problem_(problem), checker_(checker), random_(problem.seed) {
+      : checker_(checker), random_(problem.seed) {
     from_start_.AddRoot(problem.start);
     for (const VectorXd& goal : goals) from_goals_.AddRoot(goal);
     // The start may lie outside.
@@ -144,7 +144,6 @@ class Search {
     return path;
   }
 
-  const JointPathProblem& problem_;
   Checker& checker_;
   Random random_;
   Tree from_start_, from_goals_;

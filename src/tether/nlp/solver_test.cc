@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/QR>
 
+#include "testing/common/needs_plugin.h"
 #include "testing/nlp/test_programs.h"
 #include "tether/common/error.h"
 #include "tether/math/numeric_derivative.h"
@@ -74,6 +75,9 @@ double KktResidual(const Program& program, const Point& x) {
 /// Laws that every backend keeps.
 class SolverConformance : public ::testing::TestWithParam<Backend> {
  protected:
+  void SetUp() override {
+    if (GetParam() != Backend::kNative) TETHER_NEEDS_PLUGIN(ToString(GetParam()));
+  }
   Result Solve(const Example& example, const Options& options = Patient()) const {
     return MakeSolver(GetParam())->Solve(example.program, example.guess, options);
   }
@@ -428,6 +432,7 @@ INSTANTIATE_TEST_SUITE_P(Backends, SolverConformance,
                          [](const auto& param) { return ToString(param.param); });
 
 TEST(IpoptTest, SolvesLongChains) {
+  TETHER_NEEDS_PLUGIN("ipopt");
   for (uint64_t seed : {1, 2, 3}) {
     const Example example = KeyPoseChain(14, seed);
     const Result result = MakeSolver(Backend::kIpopt)->Solve(example.program, example.guess, Options());
@@ -455,6 +460,17 @@ TEST(OptionsTest, NamesTheFieldThatIsOutOfRange) {
               HasSubstr("constraint_tolerance is inf"));
   EXPECT_THAT(message([](Options& o) { o.cost_tolerance = std::nan(""); }),
               HasSubstr("cost_tolerance is nan"));
+}
+
+TEST(BackendTest, SaysWhetherItIsThere) {
+  const auto native = MakeSolver(Backend::kNative);
+  EXPECT_TRUE(native->available());
+  EXPECT_EQ(native->WhyNot(), "");
+  for (const Backend backend : {Backend::kIpopt, Backend::kNlopt}) {
+    const auto solver = MakeSolver(backend);
+    EXPECT_EQ(solver->available(), HasPlugin(ToString(backend)));
+    EXPECT_EQ(solver->WhyNot().empty(), solver->available());
+  }
 }
 
 TEST(BackendTest, NamesReadBack) {

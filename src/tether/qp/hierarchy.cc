@@ -17,7 +17,7 @@ constexpr double kRounding = 1e-11;
 
 HierarchySolver::HierarchySolver(int max_variables, int max_equalities, int max_inequalities,
                                  const SolverOptions& options)
-    : solver_(max_variables, max_equalities, max_inequalities, options) {
+    : solver_(max_variables, max_equalities, max_inequalities, options), max_solves_(options.max_solves) {
   const size_t lines = static_cast<size_t>(max_inequalities + 7) / 8;
   memory_.resize(2 * lines);
   lower_ = reinterpret_cast<double*>(memory_.data());
@@ -34,8 +34,11 @@ void HierarchySolver::SetSides(int row) {
 }
 
 Status HierarchySolver::Relaxed(Start start) {
+  if (max_solves_ > 0 && solves_ >= max_solves_) return Status::kIterationLimit;
   ++solves_;
-  return solver_.Solve(*problem_, lower_, upper_, start);
+  const Status status = solver_.Solve(*problem_, lower_, upper_, start);
+  iterations_ += solver_.iterations();
+  return status;
 }
 
 Status HierarchySolver::Solve(const Problem& problem, std::span<const int> levels, Start start) {
@@ -48,6 +51,7 @@ Status HierarchySolver::Solve(const Problem& problem, std::span<const int> level
   num_relaxed_ = 0;
   solves_ = 1;
   status_ = solver_.Solve(problem, start);
+  iterations_ = solver_.iterations();
   if (status_ != Status::kInfeasible) return status_;
   // If the proof has only rows that must hold, the problem is infeasible.
   int level = INT_MAX;

@@ -24,7 +24,7 @@ class HierarchySolver {
                   const SolverOptions& options = {});
 
   /// `levels` has one entry ≥ 0 per inequality row. kInfeasible only where equalities, bounds and level 0
-  /// conflict; solver().conflict() is then the proof.
+  /// conflict; solver().conflict() is then the proof. kIterationLimit after `max_solves`.
   Status Solve(const Problem& problem, std::span<const int> levels, Start start = Start::kWarm);
 
   Status status() const { return status_; }
@@ -35,6 +35,8 @@ class HierarchySolver {
   int num_relaxed() const { return num_relaxed_; }
   /// Solves of the underlying problem; 1 if no row was relaxed.
   int solves() const { return solves_; }
+  /// Iterations of all of these together.
+  int iterations() const { return iterations_; }
   /// Multipliers and, if infeasible, the proof.
   const Solver& solver() const { return solver_; }
 
@@ -56,7 +58,8 @@ class HierarchySolver {
   std::span<double> violations_;
   std::vector<Row> state_;
   Status status_ = Status::kNotSolved;
-  int num_relaxed_ = 0, solves_ = 0;
+  int max_solves_ = 0;
+  int num_relaxed_ = 0, solves_ = 0, iterations_ = 0;
 };
 
 }  // namespace tether::qp

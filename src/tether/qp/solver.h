@@ -50,6 +50,8 @@ enum class Instructions { kBest, kBaseline };
 struct SolverOptions {
   /// Rows added, and partial steps, per solve; 0: 50 + 5 (variables + rows).
   int max_iterations = 0;
+  /// Of a HierarchySolver, solves of the underlying problem; 0: as many as it takes.
+  int max_solves = 0;
   Instructions instructions = Instructions::kBest;
 };
 

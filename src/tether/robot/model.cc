@@ -23,6 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFormat = "tether.robot/1";
+// Where a description does not say: all of the torque within 0.1 s, the greatest velocity within 0.2 s, the
+// greatest acceleration within 0.01 s. 1/s.
+constexpr double kTorqueRate = 10;
+constexpr double kAcceleration = 5;
+constexpr double kJerk = 100;
 
 std::vector<std::string> ShippedModels(const fs::path& folder) {
   std::vector<std::string> names;
@@ -70,6 +75,12 @@ Eigen::VectorXd RequiredVector(ObjectReader& reader, std::string_view key, int s
   if (value == nullptr) return zeros;
   return ReadVector(*value, size, "'" + std::string(key) + "' of " + reader.what(), reader.diagnostics())
       .value_or(zeros);
+}
+
+/// `otherwise` where the description does not say.
+Eigen::VectorXd OptionalVector(ObjectReader& reader, std::string_view key, const Eigen::VectorXd& otherwise) {
+  if (reader.Optional(key) == nullptr) return otherwise;
+  return RequiredVector(reader, key, static_cast<int>(otherwise.size()));
 }
 
 std::vector<std::string> RequiredNames(ObjectReader& reader, std::string_view key) {
@@ -270,6 +281,9 @@ std::string Model::Impl::ReadDescription(const Value& root, Diagnostics& diagnos
   const int n = static_cast<int>(joints.size());
   max_torque = RequiredVector(reader, "max_torque", n);
   max_velocity = RequiredVector(reader, "max_velocity", n);
+  max_torque_rate = OptionalVector(reader, "max_torque_rate", kTorqueRate * max_torque);
+  max_acceleration = OptionalVector(reader, "max_acceleration", kAcceleration * max_velocity);
+  max_jerk = OptionalVector(reader, "max_jerk", kJerk * max_acceleration);
   home = RequiredVector(reader, "home", n);
   hand_site = RequiredText(reader, "hand", "the name of a site");
   if (const Value* value = reader.Required("gripper", "a map")) {
@@ -283,6 +297,9 @@ std::string Model::Impl::ReadDescription(const Value& root, Diagnostics& diagnos
   reader.Finish();
   CheckPositive(root, "max_torque", max_torque, diagnostics);
   CheckPositive(root, "max_velocity", max_velocity, diagnostics);
+  CheckPositive(root, "max_torque_rate", max_torque_rate, diagnostics);
+  CheckPositive(root, "max_acceleration", max_acceleration, diagnostics);
+  CheckPositive(root, "max_jerk", max_jerk, diagnostics);
   if (n > kMostJoints) {
     diagnostics.Add(root.Find("joints")->where(), "'joints' are " + std::to_string(n),
                     "up to " + std::to_string(kMostJoints) + " joints are accepted");
@@ -421,6 +438,9 @@ const Eigen::VectorXd& Model::planned_lower() const { return impl_->planned_lowe
 const Eigen::VectorXd& Model::planned_upper() const { return impl_->planned_upper; }
 const Eigen::VectorXd& Model::max_velocity() const { return impl_->max_velocity; }
 const Eigen::VectorXd& Model::max_torque() const { return impl_->max_torque; }
+const Eigen::VectorXd& Model::max_torque_rate() const { return impl_->max_torque_rate; }
+const Eigen::VectorXd& Model::max_acceleration() const { return impl_->max_acceleration; }
+const Eigen::VectorXd& Model::max_jerk() const { return impl_->max_jerk; }
 const Eigen::VectorXd& Model::home() const { return impl_->home; }
 const Gripper& Model::gripper() const { return impl_->gripper; }
 const Reach& Model::reach() const { return impl_->reach; }

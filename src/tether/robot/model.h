@@ -75,9 +75,12 @@ class Model {
   /// n, rad: the range within the limits that planned configurations keep, such as an elbow bent to one side.
   const Eigen::VectorXd& planned_lower() const;
   const Eigen::VectorXd& planned_upper() const;
-  const Eigen::VectorXd& max_velocity() const;  ///< n, rad/s
-  const Eigen::VectorXd& max_torque() const;    ///< n, Nm
-  const Eigen::VectorXd& home() const;          ///< n, rad: where a robot without `q` in its scenario starts.
+  const Eigen::VectorXd& max_velocity() const;      ///< n, rad/s
+  const Eigen::VectorXd& max_torque() const;        ///< n, Nm
+  const Eigen::VectorXd& max_torque_rate() const;   ///< n, Nm/s: what a controller's torques may change by.
+  const Eigen::VectorXd& max_acceleration() const;  ///< n, rad/s²
+  const Eigen::VectorXd& max_jerk() const;          ///< n, rad/s³
+  const Eigen::VectorXd& home() const;  ///< n, rad: where a robot without `q` in its scenario starts.
   const Gripper& gripper() const;
   const Reach& reach() const;
   /// The hand as a solid for planning, in the hand frame, with the fingers `opening` apart (m): the palm,

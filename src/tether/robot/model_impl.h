@@ -47,6 +47,7 @@ struct Model::Impl {
   std::vector<std::string> finger_joints;
   std::string hand_site;
   Eigen::VectorXd lower, upper, planned_lower, planned_upper, max_velocity, max_torque, home;
+  Eigen::VectorXd max_torque_rate, max_acceleration, max_jerk;
   Gripper gripper;
   Reach reach;
   HandSolid solid;

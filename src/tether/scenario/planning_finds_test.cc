@@ -282,6 +282,34 @@ actions: [regions]
   EXPECT_THAT(plan("{box: [0.09, 0.03, 0.1]}", ", friction: 0").message, HasSubstr("too heavy for the grip"));
 }
 
+/// A find of `shelf_roof`: a part with a name is a frame; what does not fit beneath the roof has no plan
+/// there.
+TEST(PlanningFinds, ShelfRoofNamesItsBoard) {
+  for (const double roof : {0.81, 0.15}) {
+    const std::string shelf = Thing("shelf",
+                                    "[{box: [0.22, 0.4, 0.02], pose: {position: [0, 0, 0.01]}, name: board}, "
+                                    "{box: [0.22, 0.4, 0.02], pose: {position: [0, 0, " +
+                                        std::to_string(roof) + "]}}]",
+                                    "{position: [0.62, 0.0, 0]}");
+    Scene scene;
+    scene.things = shelf + Thing("a", "{cylinder: {radius: 0.025, length: 0.2}}",
+                                 "{position: [0.4, -0.35, 0.1]}", kMass);
+    scene.fixed = "shelf board";
+    scene.movable = "a";
+    scene.goal = "(on a board)";
+    scene.max_actions = 2;
+    const PlanReport report = Plan(scene);
+    if (roof < 0.2) {
+      EXPECT_FALSE(report.ok());
+      continue;
+    }
+    ASSERT_TRUE(report.ok()) << report.message;
+    const planning::PlanStep& last = report.best()->plan.steps.back();
+    EXPECT_EQ(last.target, "board");
+    EXPECT_NEAR(last.X_TC.p.z(), 0.11, 1e-3) << "on the board, in its frame";
+  }
+}
+
 /// A find of `shelf_roof`: a can that does not fit under the roof goes on it, a low box may go inside.
 TEST(PlanningFinds, ShelfRoofTooLow) {
   const std::string shelf = Thing("shelf",

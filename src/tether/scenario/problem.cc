@@ -36,7 +36,11 @@ planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Sce
 }
 
 nlp::Backend ChooseBackend(const Scenario& scenario, const std::string& override_name) {
-  return nlp::ParseBackend(override_name.empty() ? scenario.planning.solver : override_name);
+  const nlp::Backend backend =
+      nlp::ParseBackend(override_name.empty() ? scenario.planning.solver : override_name);
+  if (const std::string why_not = nlp::MakeSolver(backend)->WhyNot(); !why_not.empty())
+    throw InputError(why_not, "");
+  return backend;
 }
 
 void CheckOverrides(const PlanningOverrides& overrides) {

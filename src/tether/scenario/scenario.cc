@@ -223,7 +223,12 @@ class ScenarioParser {
     ObjectReader reader(value, "'execution'", diagnostics_);
     ExecutionSettings& execution = scenario_.execution;
     execution.controller =
-        ReadChoice(reader, "controller", {"operational_space", "constrained_velocity"}, execution.controller);
+        ReadChoice(reader, "controller", {"operational_space", "constrained_torque", "constrained_velocity"},
+                   execution.controller);
+    if (const Value* force = reader.Optional("max_force")) {
+      execution.max_force =
+          ReadPositive(*force, "'max_force' of 'execution' (N)", diagnostics_, execution.max_force);
+    }
     if (const Value* rate = reader.Optional("rate")) {
       execution.rate = ReadPositive(*rate, "'rate' of 'execution' (Hz)", diagnostics_, execution.rate);
       if (execution.rate < kSlowestRate || execution.rate > kFastestRate) {

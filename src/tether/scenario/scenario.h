@@ -67,12 +67,13 @@ struct PlanningSettings {
 };
 
 struct ExecutionSettings {
-  std::string controller = "operational_space";  ///< Or constrained_velocity.
+  std::string controller = "operational_space";  ///< Or constrained_torque, or constrained_velocity.
   double rate = 1000;                            ///< Control rate, Hz.
   std::optional<double>
-      gain;  ///< operational_space: k_p, 1/s²; constrained_velocity: η, 1/s. None: the controller's own.
+      gain;  ///< Of torques: k_p, 1/s²; constrained_velocity: η, 1/s. None: the controller's own.
   std::optional<double>
-      damping;  ///< operational_space: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
+      damping;             ///< Of torques: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
+  double max_force = 40;   ///< That the arm presses with, N: constrained_torque.
   double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
 };
 

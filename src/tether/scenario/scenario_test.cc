@@ -310,6 +310,27 @@ TEST_F(ScenarioTest, MistakesOfAllFilesComeTogether) {
               HasSubstr("s.yaml:8:11: unknown key 'positoin' in 'perturb' (did you mean 'position'?"));
 }
 
+TEST_F(ScenarioTest, PartsOfFixedCompoundsMayHaveNames) {
+  const auto with = [](const std::string& parts, const std::string& more = "") {
+    std::string text = kSmall;
+    const std::string before = "objects:\n";
+    return text.insert(text.find(before) + before.size(), "  rack: {shape: " + parts + more + "}\n");
+  };
+  const std::string two =
+      "[{box: [1, 1, 0.1], name: board}, {box: [1, 1, 0.1], pose: {position: [0, 0, 1]}}]";
+  EXPECT_EQ(ErrorOf(with(two)), "");
+  EXPECT_THAT(ErrorOf(with(two, ", mass: 1")),
+              HasSubstr("a part of object 'rack' has a name, but the object has a mass (names for parts of "
+                        "objects that are fixed)"));
+  EXPECT_THAT(ErrorOf(with("[{box: [1, 1, 0.1], name: board}]")),
+              HasSubstr("every part of object 'rack' has a name (at least one part without"));
+  EXPECT_THAT(ErrorOf(with("{box: [1, 1, 0.1], name: board}")),
+              HasSubstr("the only part of object 'rack' has a name"));
+  EXPECT_THAT(ErrorOf(with("[{box: [1, 1, 0.1], name: cup}, {sphere: 0.1}]")),
+              HasSubstr("the name 'cup' is taken"));
+  EXPECT_THAT(ErrorOf(with("[{box: [1, 1, 0.1], name: ''}, {sphere: 0.1}]")), HasSubstr("is empty"));
+}
+
 TEST_F(ScenarioTest, FramesOfConstraintsAreInTheScene) {
   EXPECT_EQ(
       ErrorOf(kSmall + "constraints:\n- inside: {frame: movd, of: shelf}\n- inside: {frame: moved, of: "

@@ -75,7 +75,9 @@ geometry::Part ReadPart(const Value& value, const std::string& what, const std::
   }
   int count = 0;
   for (const Value::Member& member : value.members()) {
-    if (member.key == "pose") {
+    if (member.key == "name") {
+      continue;  // of a part that is a frame of its own, see ReadNamedParts
+    } else if (member.key == "pose") {
       part.X_SP = ReadPose(member.value, "part of " + what, false, diagnostics).X_ParentFrame;
     } else if (IsMeshOption(member.key) && value.Find("mesh") != nullptr) {
       continue;
@@ -236,7 +238,48 @@ class SceneParser {
     }
     ReadPoseOf(reader, name, object.parent, object.X_ParentObject);
     reader.Finish();
+    std::vector<scene::Object> named;
+    if (const Value* shape = value.Find("shape")) named = ReadNamedParts(*shape, object);
     reading_.scene.objects.push_back(std::move(object));
+    for (scene::Object& part : named) reading_.scene.objects.push_back(std::move(part));
+  }
+
+  /// Takes the parts with a name out of the object: each is a fixed object of its own, attached to it.
+  std::vector<scene::Object> ReadNamedParts(const Value& shape, scene::Object& object) {
+    std::vector<scene::Object> named;
+    std::vector<geometry::Part> unnamed;
+    for (size_t i = 0; i < object.shape.parts.size(); ++i) {
+      const geometry::Part& part = object.shape.parts[i];
+      const Value* of = shape.is_array() && i < shape.items().size() ? &shape.items()[i] : &shape;
+      const Value* name = of->is_object() ? of->Find("name") : nullptr;
+      if (name == nullptr) {
+        unnamed.push_back(part);
+        continue;
+      }
+      const std::string what = "a part of object '" + object.name + "'";
+      if (!shape.is_array()) {
+        diagnostics_.Add(name->where(), "the only part of object '" + object.name + "' has a name",
+                         "names for parts of a compound, which is a list");
+      } else if (object.movable()) {
+        diagnostics_.Add(name->where(), what + " has a name, but the object has a mass",
+                         "names for parts of objects that are fixed");
+      }
+      scene::Object child = object;
+      child.name = ReadText(*name, "'name' of " + what, diagnostics_);
+      ClaimName(child.name, name->where());
+      child.shape.parts = {{part.primitive, {}}};
+      child.parent = object.name;
+      child.X_ParentObject = part.X_SP;
+      parents_.push_back({child.name, object.name, name->where()});
+      named.push_back(std::move(child));
+    }
+    if (unnamed.empty() && shape.is_array()) {
+      diagnostics_.Add(shape.where(), "every part of object '" + object.name + "' has a name",
+                       "at least one part without, which is the object's own");
+    } else if (shape.is_array()) {
+      object.shape.parts = std::move(unnamed);
+    }
+    return named;
   }
 
   void ReadRegion(const std::string& name, const Value& value) {

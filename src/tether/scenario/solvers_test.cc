@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/common/needs_plugin.h"
 #include "testing/scenario/test_scenarios.h"
 #include "tether/planning/program/effort.h"
 #include "tether/scenario/problem.h"
@@ -41,6 +42,7 @@ planning::PlanReport Plan(const Case& what, std::optional<int> max_iterations = 
 class EverySolver : public ::testing::TestWithParam<Case> {};
 
 TEST_P(EverySolver, NloptNeverPlans) {
+  if (GetParam().solver != "native") TETHER_NEEDS_PLUGIN(GetParam().solver);
   const planning::PlanReport report = Plan(GetParam());
   ASSERT_TRUE(report.ok()) << report.message;
   EXPECT_TRUE(report.complete);
@@ -81,6 +83,8 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, EverySolver, ::testing::ValuesIn(Cases()),
 
 // max_iterations is the number of iterations with every solver, be it more or fewer than needed.
 TEST(MaxIterationsTest, IsTheBoundOfOneSolve) {
+  TETHER_NEEDS_PLUGIN("ipopt");
+  TETHER_NEEDS_PLUGIN("nlopt");
   EXPECT_FALSE(Plan({"nlopt", "stacking"}, 5).ok());
   for (const char* solver : {"native", "ipopt", "nlopt"}) {
     EXPECT_TRUE(Plan({solver, "stacking"}, 20'000).ok()) << solver;

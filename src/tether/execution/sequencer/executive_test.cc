@@ -171,6 +171,29 @@ TEST(Executive, GivesUpAfterItsRetries) {
   EXPECT_EQ(executive.events().back().kind, EventKind::kFailed);
 }
 
+TEST(Executive, ConstrainedTorquesStayFiniteAndWithinTheirRateWhateverIsMeasured) {
+  ExecutiveOptions options;
+  options.constrained = true;
+  Executive executive(TwoBoxes(), Models(), PickAndPlace(), options);
+  Seen seen;
+  const Eigen::VectorXd good = seen.observations["panda"].q;
+  Eigen::VectorXd last;
+  for (int i = 0; i < 300; ++i, seen.Tick()) {
+    seen.observations["panda"].q = good;
+    if (i > 100 && i < 150) seen.observations["panda"].q[2] = std::nan("");
+    if (i > 200) seen.estimate.X_WO["box"].p.y() = std::numeric_limits<double>::infinity();
+    const Eigen::VectorXd torque = executive.Step(seen.estimate, seen.observations).at("panda").torque;
+    ASSERT_TRUE(torque.allFinite()) << i;
+    if (last.size() == torque.size()) {
+      ASSERT_LE((torque - last).cwiseAbs().maxCoeff(), 1 + 1e-9) << i;
+    }
+    last = torque;
+  }
+  bool said = false;
+  for (const Event& event : executive.events()) said = said || event.kind == EventKind::kSafety;
+  EXPECT_TRUE(said);
+}
+
 TEST(Executive, EventsAreValues) {
   const Value value = ToValue({1.5, EventKind::kGraspLost, 3, "'box' slipped away"});
   EXPECT_EQ(
@@ -180,24 +203,28 @@ TEST(Executive, EventsAreValues) {
 
 #ifdef TETHER_COUNTS_ALLOCATIONS
 TEST(Executive, TicksAllocateNothing) {
-  Executive executive(TwoBoxes(), Models(), PickAndPlace());
-  Seen seen;
-  long allocated = 0;
-  size_t events = 0;
-  int quiet = 0;
-  for (int i = 0; i < 3000; ++i) {
-    seen.Tick();
-    const long before = heap_allocations;
-    executive.Step(seen.estimate, seen.observations);
-    const long after = heap_allocations;
-    if (executive.events().size() == events) {
-      allocated += after - before;
-      ++quiet;
+  for (const bool constrained : {false, true}) {
+    ExecutiveOptions options;
+    options.constrained = constrained;
+    Executive executive(TwoBoxes(), Models(), PickAndPlace(), options);
+    Seen seen;
+    long allocated = 0;
+    size_t events = 0;
+    int quiet = 0;
+    for (int i = 0; i < 3000; ++i) {
+      seen.Tick();
+      const long before = heap_allocations;
+      executive.Step(seen.estimate, seen.observations);
+      const long after = heap_allocations;
+      if (executive.events().size() == events) {
+        allocated += after - before;
+        ++quiet;
+      }
+      events = executive.events().size();
     }
-    events = executive.events().size();
+    EXPECT_EQ(allocated, 0) << constrained;
+    EXPECT_GT(quiet, 2900);
   }
-  EXPECT_EQ(allocated, 0);
-  EXPECT_GT(quiet, 2900);
 }
 #endif
 

@@ -10,13 +10,6 @@
 namespace tether::execution {
 namespace {
 
-int IndexOf(const scene::Scene& scene, const std::string& object) {
-  for (size_t i = 0; i < scene.objects.size(); ++i) {
-    if (scene.objects[i].name == object) return static_cast<int>(i);
-  }
-  return kNone;
-}
-
 std::vector<std::string> FrameNames(const scene::Scene& scene, bool control) {
   std::vector<std::string> names;
   for (const auto& object : scene.objects) names.push_back(object.name);
@@ -28,26 +21,6 @@ std::vector<std::string> FrameNames(const scene::Scene& scene, bool control) {
   for (const auto& robot : scene.robots) names.push_back(robot.name);
   names.emplace_back(scene::kWorld);
   return names;
-}
-
-// A region or a robot's base is fixed to the object, if any, that it descends from.
-std::optional<AttachedFrame> FindTarget(const scene::Scene& scene, const std::string& name) {
-  math::Pose X_NameFrame;
-  std::string frame = name;
-  for (size_t depth = 0; depth <= scene.regions.size() + scene.robots.size(); ++depth) {
-    if (frame == scene::kWorld) return AttachedFrame{kNone, X_NameFrame};
-    if (const int object = IndexOf(scene, frame); object != kNone) return AttachedFrame{object, X_NameFrame};
-    if (const scene::Region* region = scene.FindRegion(frame)) {
-      X_NameFrame = region->X_ParentRegion * X_NameFrame;
-      frame = region->parent;
-    } else if (const scene::Robot* robot = scene.FindRobot(frame)) {
-      X_NameFrame = robot->X_ParentBase * X_NameFrame;
-      frame = robot->parent;
-    } else {
-      return std::nullopt;
-    }
-  }
-  return std::nullopt;
 }
 
 std::string UnknownName(const std::string& name, const std::vector<std::string>& known) {
@@ -80,6 +53,33 @@ std::string CheckVerb(const planning::Verb& verb) {
 
 }  // namespace
 
+int FindObject(const scene::Scene& scene, const std::string& name) {
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].name == name) return static_cast<int>(i);
+  }
+  return kNone;
+}
+
+std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name) {
+  math::Pose X_NameFrame;
+  std::string frame = name;
+  for (size_t depth = 0; depth <= scene.regions.size() + scene.robots.size(); ++depth) {
+    if (frame == scene::kWorld) return AttachedFrame{kNone, X_NameFrame};
+    if (const int object = FindObject(scene, frame); object != kNone)
+      return AttachedFrame{object, X_NameFrame};
+    if (const scene::Region* region = scene.FindRegion(frame)) {
+      X_NameFrame = region->X_ParentRegion * X_NameFrame;
+      frame = region->parent;
+    } else if (const scene::Robot* robot = scene.FindRobot(frame)) {
+      X_NameFrame = robot->X_ParentBase * X_NameFrame;
+      frame = robot->parent;
+    } else {
+      return std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
   Diagnostics diagnostics;
   ResolvedPlan resolved;
@@ -92,13 +92,13 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
     if (step.execute.empty()) step.execute.emplace_back(planning::ReachVerb{});
     if (!Finite(step.X_TC)) diagnostics.Add({}, where + "the pose is not finite");
     if (step.control != "hand") {
-      r.control = IndexOf(scene, step.control);
+      r.control = FindObject(scene, step.control);
       if (r.control == kNone) {
         diagnostics.Add({}, where + "unknown control frame '" + step.control + "'",
                         UnknownName(step.control, FrameNames(scene, true)));
       }
     }
-    if (const auto target = FindTarget(scene, step.target)) {
+    if (const auto target = FindFrame(scene, step.target)) {
       r.target = *target;
     } else {
       diagnostics.Add({}, where + "unknown target frame '" + step.target + "'",
@@ -138,7 +138,7 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
       held = kNone;
       grasp_step = kNone;
       if (gripper->close_on.empty()) continue;
-      held = IndexOf(scene, gripper->close_on);
+      held = FindObject(scene, gripper->close_on);
       grasp_step = static_cast<int>(i);
       r.close_on.back() = held;
       if (held == kNone) {

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tether/control/constraint_spec.h"
 #include "tether/planning/plan/plan.h"
+#include "tether/planning/skeleton/action.h"
+#include "tether/robot/model.h"
 #include "tether/scene/scene.h"
 
 namespace tether::execution {
@@ -28,6 +32,11 @@ struct ResolvedStep {
   int grasp_step = kNone;     ///< The step that grasped what is held as this one begins.
   int action_start = 0;       ///< First step of the same action.
   std::vector<int> close_on;  ///< Per verb: object index, or kNone.
+
+  // Of steps that ResolveActions() has bound.
+  planning::StepSchema schema;
+  std::optional<math::Pose> X_TC;                           ///< The plan's key pose, if it has one.
+  std::vector<std::vector<control::ConstraintSpec>> specs;  ///< Per verb: its own constraints.
 };
 
 struct ResolvedPlan {
@@ -35,8 +44,19 @@ struct ResolvedPlan {
   std::vector<ResolvedStep> steps;
 };
 
+/// Index of an object; kNone: there is none of that name.
+int FindObject(const scene::Scene& scene, const std::string& name);
+/// A frame by name: a region, or a robot's base, is fixed to the object, if any, that it descends from.
+std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name);
+
 /// Looks up names, and determines what is held at each step and which tool pushes. A step without verbs gets
 /// a reach. Throws InputError with everything that can't be executed.
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan);
+
+/// Makes a plan's steps from its actions, which are bound to `actions`; key poses are the plan's, as far as
+/// it has them. Throws InputError with everything that can't be executed: unknown names, steps that can't be
+/// bound, regions that are out of the robot's reach.
+ResolvedPlan ResolveActions(const scene::Scene& scene, const robot::Model& model,
+                            const std::vector<planning::ActionSchema>& actions, planning::Plan plan);
 
 }  // namespace tether::execution

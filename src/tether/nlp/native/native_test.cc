@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "testing/common/heap_counter.h"
+#include "testing/common/needs_plugin.h"
 #include "testing/nlp/test_programs.h"
 #include "tether/nlp/native/block_cholesky.h"
 #include "tether/nlp/native/elastic_qp.h"
@@ -122,6 +123,7 @@ TEST(ElasticQpTest, ItsSolutionIsASaddlePoint) {
 }
 
 TEST(NativeTest, AsCheapAsIpoptOnChains) {
+  TETHER_NEEDS_PLUGIN("ipopt");
   // The chains have several local optima, and two methods need not end in the same one.
   int as_cheap = 0, compared = 0;
   for (const double turn : {0.1, 0.5, 1.0}) {
@@ -295,6 +297,8 @@ TEST(NativeTest, WarmStartsOfOtherProgramsDoNoHarm) {
 }
 
 TEST(NativeTest, TellsWhereTheTimeWent) {
+  TETHER_NEEDS_PLUGIN("ipopt");
+  TETHER_NEEDS_PLUGIN("nlopt");
   const Example example = KeyPoseChain(14, 1);
   for (const Backend backend : {Backend::kNative, Backend::kIpopt, Backend::kNlopt}) {
     Options options;

@@ -172,6 +172,7 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
           bare.target = step.schema.target;
           bare.target_is_region = step.schema.target_is_region;
           bare.execute = step.schema.execute;
+          bare.max_force = step.schema.max_force;
           if (!reason.empty()) continue;
           const Objection objection = step.schema.target_is_region ? WhyNot(problem, step.schema)
                                                                    : WhyNotGrasped(problem, step.schema);

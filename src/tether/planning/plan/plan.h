@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct PlanStep {
   /// Of a compound on which `control` is put down, the face that it stands on: "part 1 of shelf". Else empty.
   /// For people: the pose says it.
   std::string face = {};
+  /// What the arm may press with in this step, N, in place of what the scenario says.
+  std::optional<double> max_force = {};
   bool target_is_region = false;  ///< Any pose in the region `target` serves; X_TC is not used.
 };
 

@@ -237,6 +237,8 @@ class PlanParser {
     }
     step.face = reader.Text("face", "");
     if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
+    if (const Value* force = reader.Optional("max_force"))
+      step.max_force = ReadPositive(*force, "'max_force' of step (N)", diagnostics_);
     if (const Value* execute = reader.Optional("execute")) {
       if (!execute->is_array()) {
         diagnostics_.Add(execute->where(), "'execute' of step is " + execute->KindName(), "a list of verbs");
@@ -318,6 +320,7 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
     value.Set("position", WritePosition(step.X_TC.p)).Set("quaternion_wxyz", WriteQuaternion(step.X_TC));
   if (!step.face.empty()) value.Set("face", step.face);
   if (step.q.size() > 0) value.Set("q", Value(step.q));
+  if (step.max_force) value.Set("max_force", *step.max_force);
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));

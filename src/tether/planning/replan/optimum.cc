@@ -42,6 +42,7 @@ void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& act
     const BoundStep& step = steps[t];
     plan.steps.push_back({step.action, step.action_index, step.schema.control, step.schema.target, poses[t],
                           step.schema.execute});
+    plan.steps.back().max_force = step.schema.max_force;
     plan.steps.back().face = FaceOf(facts, step, poses[t]);
     if (t < ik_solutions.size() && ik_solutions[t].found) plan.steps.back().q = ik_solutions[t].q;
   }

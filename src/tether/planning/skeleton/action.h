@@ -65,6 +65,8 @@ struct StepSchema {
   std::vector<std::pair<std::string, std::string>> allow;  ///< Pairs that may touch.
   std::vector<Verb> execute;
   Location where;
+  std::optional<double> max_force =
+      {};  ///< That the arm may press with in this step, N; else the scenario's.
 };
 
 /// The geometric side of a PDDL action, bound to it by name; parameters are bound by position.

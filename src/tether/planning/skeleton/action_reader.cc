@@ -215,6 +215,8 @@ class ActionParser {
     }
     if (const Value* allow = reader.Optional("allow")) ParseAllow(*allow, step);
     if (const Value* execute = reader.Optional("execute")) ParseExecute(*execute, step);
+    if (const Value* force = reader.Optional("max_force"))
+      step.max_force = ReadPositive(*force, "'max_force' of " + what_ + " (N)", diagnostics_);
     reader.Finish();
     return step;
   }

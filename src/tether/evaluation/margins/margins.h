@@ -32,12 +32,14 @@ Value WriteMargin(const Margin& margin);
 
 /// Measures margins from the true state, by the geometry of all bodies, without the controller's rows. One
 /// margin per object of a clearance, one per other constraint, then self-collision and joint velocities; and
-/// one per constraint of a verb from when it first applies, by its name: "cone to tray".
+/// one per constraint of a verb from when it first applies, by its name: "cone to tray". Distances
+/// above `range` (m) count as that.
 class MarginMonitor {
  public:
   MarginMonitor(const scene::Scene& scene,
                 const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
-                const std::string& robot, const std::vector<control::ConstraintSpec>& constraints);
+                const std::string& robot, const std::vector<control::ConstraintSpec>& constraints,
+                double range = 1.0);
 
   /// One tick. Pairs that `runner` allows are left out.
   void Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
@@ -71,6 +73,7 @@ class MarginMonitor {
   std::vector<Margin> margins_;
   size_t joint_limits_ = 0, self_ = 0, velocity_ = 0;
   double joint_margin_ = 0;
+  double range_;
 };
 
 }  // namespace tether::evaluation

@@ -1,4 +1,4 @@
-#include "tether/evaluation/margins.h"
+#include "tether/evaluation/margins/margins.h"
 
 #include <algorithm>
 #include <array>
@@ -20,13 +20,14 @@ Value WriteMargin(const Margin& margin) {
 MarginMonitor::MarginMonitor(const scene::Scene& scene,
                              const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
                              const std::string& robot,
-                             const std::vector<control::ConstraintSpec>& constraints)
+                             const std::vector<control::ConstraintSpec>& constraints, double range)
     : constraints_(constraints),
       scene_(scene, robot),
       model_(models.at(robot)),
       robot_(robot),
       kinematics_(model_),
-      bodies_(model_, scene_.solids()) {
+      bodies_(model_, scene_.solids()),
+      range_(range) {
   if (constraints.empty()) return;
   const execution::BuiltConstraints built =
       execution::BuildConstraints(constraints, scene_, bodies_, model_->dof());
@@ -50,7 +51,7 @@ MarginMonitor::MarginMonitor(const scene::Scene& scene,
   }
   joint_margin_ = built.joint_margin;
   joint_limits_ = add("joint limits", "rad", "angles");
-  velocity_ = add("joint velocities", "rad/s", "joint velocities");
+  velocity_ = add("joint velocity limits", "rad/s", "joint velocities");
   self_ = add("the arm itself", "m", "the arm itself");
 }
 
@@ -89,8 +90,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
     const std::string& name = bodies_.name(b);
     const bool to_hand = clearance.object == held || IsAllowed(runner, "hand", name);
     // Pairs further apart than the least distance so far need no exact distance.
-    const double below = 1.0;
-    double least = below;
+    double least = range_;
     std::string what;
     const auto look = [&](int a) {
       const double distance = Distance(a, b, least);
@@ -108,7 +108,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
     Take(clearance.margin, least - clearance.distance, time, what);
   }
   for (const auto& [a, b] : model_->solids().pairs) {
-    Take(self_, Distance(a, b, 1.0), time, bodies_.name(a) + " and " + bodies_.name(b));
+    Take(self_, Distance(a, b, range_), time, bodies_.name(a) + " and " + bodies_.name(b));
   }
 }
 

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
 
@@ -15,63 +15,74 @@ constexpr double kClear = 0.01;
 }  // namespace
 
 // What the object was put on last, or stood on at the start.
-int Executive::Impl::CarrierOf(int object) const {
-  const int last = std::min(step_, static_cast<int>(resolved_.steps.size()) - 1);
+int ReferenceServo::CarrierOf(int object) const {
+  const int last = std::min(s_.step, static_cast<int>(s_.steps.size()) - 1);
   for (int s = last; s >= 0; --s) {
-    const ResolvedStep& step = resolved_.steps[static_cast<size_t>(s)];
+    const ResolvedStep& step = s_.steps[static_cast<size_t>(s)];
     if (step.control == object && step.target.object != object) return step.target.object;
   }
-  std::string parent = scene_.objects[static_cast<size_t>(object)].parent;
-  for (size_t depth = 0; depth <= scene_.regions.size(); ++depth) {
-    for (size_t i = 0; i < scene_.objects.size(); ++i) {
-      if (scene_.objects[i].name == parent) return static_cast<int>(i);
+  std::string parent = s_.scene.objects[static_cast<size_t>(object)].parent;
+  for (size_t depth = 0; depth <= s_.scene.regions.size(); ++depth) {
+    for (size_t i = 0; i < s_.scene.objects.size(); ++i) {
+      if (s_.scene.objects[i].name == parent) return static_cast<int>(i);
     }
-    const scene::Region* region = scene_.FindRegion(parent);
+    const scene::Region* region = s_.scene.FindRegion(parent);
     if (region == nullptr) return kNone;
     parent = region->parent;
   }
   return kNone;
 }
 
-Contact Executive::Impl::TouchedNow() const {
-  if (recovering_) return before_recovery_;
+bool ReferenceServo::IsCarriedBy(int carrier, int object) const {
+  for (size_t hops = 0; hops < s_.objects.size(); ++hops) {
+    const int below = CarrierOf(object);
+    if (below == carrier) return true;
+    if (below == kNone || below == object) return false;
+    object = below;
+  }
+  return false;
+}
+
+Contact ReferenceServo::TouchedNow() const {
+  if (s_.recovering) return before_recovery_;
   Contact contact;
-  contact.held = held_;
-  if (step_ >= static_cast<int>(resolved_.steps.size())) return contact;
-  if (step().push) {
-    contact.frame.object = step().control;
-  } else if (held_ != kNone) {
-    contact.frame.object = CarrierOf(held_);
+  contact.held = s_.held;
+  if (s_.step >= static_cast<int>(s_.steps.size())) return contact;
+  if (s_.current().push) {
+    contact.frame.object = s_.current().control;
+  } else if (s_.held != kNone) {
+    contact.frame.object = CarrierOf(s_.held);
   } else {
-    contact.frame = step().target;
-    contact.released = step().control;
+    contact.frame = s_.current().target;
+    contact.released = s_.current().control;
   }
   if (contact.frame.object == contact.held) contact.frame = {};
   return contact;
 }
 
-bool Executive::Impl::IsClearOf(const Contact& contact) const {
+bool ReferenceServo::IsClearOf(const Contact& contact) const {
   if (contact.frame.object == kNone) return true;
   const auto near = [&](const geometry::Shape& shape, const math::Pose& X_W, int object) {
-    return geometry::SignedDistance(shape, X_W, scene_.objects[static_cast<size_t>(object)].shape,
+    return geometry::SignedDistance(shape, X_W, s_.scene.objects[static_cast<size_t>(object)].shape,
                                     X_WO(object))
                .distance < kClear;
   };
   // Open fingers don't touch what is between them: the hand is clear of it once the finger tips are.
   const auto at_hand = [&](int object) {
-    return near(hand_shape_, X_WH_, object) ||
-           geometry::DistanceToPoint(scene_.objects[static_cast<size_t>(object)].shape, X_WO(object), X_WH_.p)
-                   .distance < model_->gripper().pad_half_height + kClear;
+    return near(hand_shape_, s_.X_WH, object) ||
+           geometry::DistanceToPoint(s_.scene.objects[static_cast<size_t>(object)].shape, X_WO(object),
+                                     s_.X_WH.p)
+                   .distance < s_.model->gripper().pad_half_height + kClear;
   };
   if (at_hand(contact.frame.object)) return false;
   if (contact.released != kNone && at_hand(contact.released)) return false;
-  return contact.held == kNone || !near(scene_.objects[static_cast<size_t>(contact.held)].shape,
+  return contact.held == kNone || !near(s_.scene.objects[static_cast<size_t>(contact.held)].shape,
                                         X_WO(contact.held), contact.frame.object);
 }
 
 // A verb that begins in the world's frame continues in that of what was touched as soon as that moves, and in
 // the world's again once it is clear. Its goal does not jump at the change.
-void Executive::Impl::GoAlong() {
+void ReferenceServo::GoAlong() {
   if (now_.clear) return;
   const Contact contact = TouchedNow();
   now_.clear = IsClearOf(contact);

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::execution {
@@ -24,22 +24,8 @@ constexpr double kWithinReach = 0.04;
 
 }  // namespace
 
-math::Pose Executive::Impl::X_WF(const AttachedFrame& frame) const {
-  return frame.object == kNone ? frame.X_OF : X_WO(frame.object) * frame.X_OF;
-}
-
-math::Vector6d Executive::Impl::V_WF(const AttachedFrame& frame) const {
-  math::Vector6d V = math::Vector6d::Zero();
-  if (frame.object == kNone) return V;
-  const FrameTracker& object = objects_[static_cast<size_t>(frame.object)];
-  V = object.V_WF();
-  const Eigen::Vector3d p_OF_W = object.X_WF().R * frame.X_OF.p;
-  V.head<3>() += V.tail<3>().cross(p_OF_W);
-  return V;
-}
-
 // The reference keeps its pose and velocity in the world, but now goes along with another frame.
-void Executive::Impl::SwitchFrame(const AttachedFrame& frame) {
+void ReferenceServo::SwitchFrame(const AttachedFrame& frame) {
   const auto velocity_at = [this](const AttachedFrame& f, const math::Pose& X_WFrame,
                                   const Eigen::Vector3d& p_W) {
     math::Vector6d V = V_WF(f);
@@ -59,25 +45,25 @@ void Executive::Impl::SwitchFrame(const AttachedFrame& frame) {
   now_.X_TG = reference_.X_TR();
 }
 
-void Executive::Impl::ResetReferenceToHand() {
-  reference_.Reset(math::Between(X_WF(frame_), X_WH_));
+void ReferenceServo::ResetReferenceToHand() {
+  reference_.Reset(math::Between(X_WF(frame_), s_.X_WH));
   now_.X_TG = reference_.X_TR();
 }
 
-void Executive::Impl::MoveReference() {
+void ReferenceServo::MoveReference() {
   MotionLimits limits = options_.motion;
   limits.speed = std::min(limits.speed, now_.speed > 0 ? now_.speed : limits.speed);
   math::Pose X_WRef = X_WR();
-  double lag = (X_WRef.p - X_WH_.p).norm();
+  double lag = (X_WRef.p - s_.X_WH.p).norm();
   if (lag > kLostHand * options_.leash) {
     // The target jumped: the hand follows at its own speed, from where it is.
     const VerbState now = now_;
     ResetReferenceToHand();
     now_ = now;
-    X_WRef = X_WH_;
+    X_WRef = s_.X_WH;
     lag = 0;
   }
-  const double turn_lag = math::AngleBetween(X_WRef.R, X_WH_.R);
+  const double turn_lag = math::AngleBetween(X_WRef.R, s_.X_WH.R);
   const double slack =
       std::clamp(2 - std::max(lag / options_.leash, turn_lag / (10 * options_.leash)), 0.0, 1.0);
   limits.speed *= slack;
@@ -98,83 +84,70 @@ void Executive::Impl::MoveReference() {
       }
     };
     add_body(hand_shape_, math::Pose());
-    for (size_t i = 0; i < objects_.size(); ++i) {
-      const geometry::Shape& shape = scene_.objects[i].shape;
+    for (size_t i = 0; i < s_.objects.size(); ++i) {
+      const geometry::Shape& shape = s_.scene.objects[i].shape;
       if (MovesWithHand(static_cast<int>(i))) {
-        add_body(shape, math::Between(X_WH_, objects_[i].X_WF()));
+        add_body(shape, math::Between(s_.X_WH, s_.objects[i].X));
         continue;
       }
       for (const auto& part : shape.parts) {
-        obstacle_bounds_.push_back(BoundsOf(part.primitive, objects_[i].X_WF() * part.X_SP));
+        obstacle_bounds_.push_back(BoundsOf(part.primitive, s_.objects[i].X * part.X_SP));
       }
     }
-    const double ceiling = X_WB_.p.z() + model_->reach().centre.z() + 0.5 * model_->reach().max;
+    const double ceiling = s_.X_WB.p.z() + s_.model->reach().centre.z() + 0.5 * s_.model->reach().max;
     const Passage passage =
         CheckPassage(body_bounds_, X_WRef.p, X_WG.p, obstacle_bounds_, options_.transit, ceiling);
     if (passage.blocked) {
-      const robot::Reach& reach = model_->reach();
-      const Eigen::Vector3d p_WCentre = X_WB_ * reach.centre;
+      const robot::Reach& reach = s_.model->reach();
+      const Eigen::Vector3d p_WCentre = s_.X_WB * reach.centre;
       const double radius = std::max(reach.max - kWithinReach, (X_WG * reach.wrist_hand - p_WCentre).norm());
       X_TWaypoint = math::Between(
           X_WT, DrawWithin(TransitWaypoint(passage, X_WRef, X_WG), reach.wrist_hand, p_WCentre, radius));
     }
   }
   if (now_.funnel_length > 0) {
-    const math::Pose X_TH = math::Between(X_WF(frame_), X_WH_);
+    const math::Pose X_TH = math::Between(X_WF(frame_), s_.X_WH);
     X_TWaypoint = FunnelWaypoint(now_.X_TG, now_.funnel_T, now_.funnel_length, reference_.X_TR(), X_TH);
   }
-  reference_.Advance(X_TWaypoint, limits, options_.period);
+  reference_.Advance(X_TWaypoint, limits, shared_.period);
 }
 
-bool Executive::Impl::IsCarriedBy(int carrier, int object) const {
-  for (size_t hops = 0; hops < objects_.size(); ++hops) {
-    const int below = CarrierOf(object);
-    if (below == carrier) return true;
-    if (below == kNone || below == object) return false;
-    object = below;
-  }
-  return false;
-}
-
-void Executive::Impl::FindCarried() {
-  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(held_, static_cast<int>(i));
-}
-
-void Executive::Impl::AimPosture() {
+void ReferenceServo::AimPosture() {
   if (!posture_search_.done()) {
     posture_search_.Advance();
     if (posture_search_.done())
-      posture_goal_ = posture_search_.reached() ? posture_search_.q() : model_->home();
+      posture_goal_ = posture_search_.reached() ? posture_search_.q() : s_.model->home();
   }
-  const double most = kPostureSpeed * options_.period;
+  const double most = kPostureSpeed * shared_.period;
   posture_ += (posture_goal_ - posture_).cwiseMax(-most).cwiseMin(most);
   controller_.set_posture(posture_);
 }
 
-void Executive::Impl::AvoidObstacles(control::HandTarget* target) {
+void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
   if (tick_ % kObstacleTicks == 0) {
     obstacle_weight_ = 0;
-    const bool known = step_ < static_cast<int>(resolved_.steps.size());
+    const bool known = s_.step < static_cast<int>(s_.steps.size());
     double nearest = options_.obstacle_range;
-    for (size_t i = 0; i < objects_.size(); ++i) {
+    for (size_t i = 0; i < s_.objects.size(); ++i) {
       const int object = static_cast<int>(i);
       // Contact that the step intends.
       if (MovesWithHand(object)) continue;
-      if (known && (object == step().control || object == step().target.object || object == step().tool))
+      if (known && (object == s_.current().control || object == s_.current().target.object ||
+                    object == s_.current().tool))
         continue;
       bool far = true;
-      for (const auto& part : scene_.objects[i].shape.parts) {
-        const Bounds bounds = BoundsOf(part.primitive, objects_[i].X_WF() * part.X_SP);
+      for (const auto& part : s_.scene.objects[i].shape.parts) {
+        const Bounds bounds = BoundsOf(part.primitive, s_.objects[i].X * part.X_SP);
         const Eigen::Vector3d outside =
-            (bounds.lower - X_WH_.p).cwiseMax(X_WH_.p - bounds.upper).cwiseMax(0.0);
+            (bounds.lower - s_.X_WH.p).cwiseMax(s_.X_WH.p - bounds.upper).cwiseMax(0.0);
         far = far && outside.norm() > kFar;
       }
       if (far) continue;
       const geometry::Distance distance =
-          geometry::SignedDistance(hand_shape_, X_WH_, scene_.objects[i].shape, objects_[i].X_WF());
+          geometry::SignedDistance(hand_shape_, s_.X_WH, s_.scene.objects[i].shape, s_.objects[i].X);
       if (distance.distance >= nearest) continue;
       nearest = distance.distance;
-      obstacle_direction_B_ = X_WB_.R.transpose() * distance.n_W;
+      obstacle_direction_B_ = s_.X_WB.R.transpose() * distance.n_W;
       obstacle_weight_ = std::clamp(1 - nearest / options_.obstacle_range, 0.0, 1.0);
     }
   }
@@ -183,39 +156,41 @@ void Executive::Impl::AvoidObstacles(control::HandTarget* target) {
   target->obstacle_weight = obstacle_weight_;
 }
 
-void Executive::Impl::Command(robot::Command* command) {
+void ReferenceServo::CommandTorque(robot::Command* command) {
   control::HandTarget target;
   const math::Pose X_WT = X_WF(frame_);
   const math::Vector6d V_WT = V_WF(frame_);
   const math::Pose X_WRef = X_WT * reference_.X_TR();
-  target.X_BH = math::Between(X_WB_, X_WRef);
-  const Eigen::Matrix3d R_BW = X_WB_.R.transpose();
+  target.X_BH = math::Between(s_.X_WB, X_WRef);
+  const Eigen::Matrix3d R_BW = s_.X_WB.R.transpose();
   const Eigen::Matrix3d R_BT = R_BW * X_WT.R;
   target.V_BH.head<3>() =
       R_BW * (V_WT.head<3>() + V_WT.tail<3>().cross(X_WRef.p - X_WT.p)) + R_BT * reference_.V_TR().head<3>();
   target.V_BH.tail<3>() = R_BW * V_WT.tail<3>() + R_BT * reference_.V_TR().tail<3>();
   target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
   target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
-  if (held_ != kNone) {
-    const scene::Object& object = scene_.objects[static_cast<size_t>(held_)];
-    const double share = std::clamp((time_ - held_since_) / kTakeOver, 0.0, 1.0);
+  if (s_.held != kNone) {
+    const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.held)];
+    const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * kGravity);
-    const Eigen::Vector3d arm = X_WO(held_) * geometry::CentreOfMass(object.shape) - X_WH_.p;
+    const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;
     target.F_BH.head<3>() = R_BW * lift;
     target.F_BH.tail<3>() = R_BW * arm.cross(lift);
   }
-  if (trustworthy_) AvoidObstacles(&target);
+  if (FindAllowed()) NameAllowed();
+  if (servo_) return CommandConstrained(target, command);
+  if (s_.trustworthy) AvoidObstacles(&target);
   command->torque = controller_.Compute(state_, target);
-  command->gripper = gripper_;
   WatchController();
 }
 
-void Executive::Impl::WatchController() {
+void ReferenceServo::WatchController() {
   const control::ControlFlags& flags = controller_.flags();
   if (flags.fault && !fault_reported_) {
-    Record(EventKind::kSafety, "the robot's state is not finite; the arm is braked");
+    s_.Record(EventKind::kSafety, "the robot's state is not finite; the arm is braked");
   }
-  if (flags.joint_limit && !limit_reported_) Record(EventKind::kSafety, "a joint is braked before its limit");
+  if (flags.joint_limit && !limit_reported_)
+    s_.Record(EventKind::kSafety, "a joint is braked before its limit");
   fault_reported_ = flags.fault;
   limit_reported_ = limit_reported_ || flags.joint_limit;
 }

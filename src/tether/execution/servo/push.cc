@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "tether/common/text.h"
-#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::execution {
@@ -54,26 +54,27 @@ Vector3d Level(const Vector3d& v_W) { return {v_W.x(), v_W.y(), 0}; }
 
 }  // namespace
 
-void Executive::Impl::EnterPush() {
+void ReferenceServo::EnterPush() {
   const math::Pose X_WT = X_WF(frame_);
-  const math::Pose& X_WC = X_WO(step().control);
+  const math::Pose& X_WC = X_WO(s_.current().control);
   now_.X_TC_start = math::Between(X_WT, X_WC);
-  const scene::Object& object = scene_.objects[static_cast<size_t>(step().control)];
-  const bool hand = step().tool == kNone;
-  const geometry::Shape& tool = hand ? hand_shape_ : scene_.objects[static_cast<size_t>(step().tool)].shape;
+  const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.current().control)];
+  const bool hand = s_.current().tool == kNone;
+  const geometry::Shape& tool =
+      hand ? hand_shape_ : s_.scene.objects[static_cast<size_t>(s_.current().tool)].shape;
   const geometry::Distance touch =
-      geometry::SignedDistance(tool, hand ? X_WH_ : X_WO(step().tool), object.shape, X_WC);
+      geometry::SignedDistance(tool, hand ? s_.X_WH : X_WO(s_.current().tool), object.shape, X_WC);
   // Along the normal where they touch; from afar, along the motion.
-  Vector3d normal_W = Level(X_WT.R * (plan_step().X_TC.p - now_.X_TC_start.p));
+  Vector3d normal_W = Level(X_WT.R * (s_.plan_step().X_TC.p - now_.X_TC_start.p));
   if (const Vector3d n_W = Level(touch.n_W); touch.distance < kApart && n_W.norm() > 0.5) normal_W = n_W;
-  if (normal_W.norm() < 1e-9) normal_W = Level(X_WC.p - X_WH_.p);
+  if (normal_W.norm() < 1e-9) normal_W = Level(X_WC.p - s_.X_WH.p);
   now_.normal_C = X_WC.R.transpose() * normal_W.normalized();
   double friction = object.friction;
-  if (!hand) friction = std::min(friction, scene_.objects[static_cast<size_t>(step().tool)].friction);
-  if (!hand && step().grasp_step != kNone) {
-    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]) +
+  if (!hand) friction = std::min(friction, s_.scene.objects[static_cast<size_t>(s_.current().tool)].friction);
+  if (!hand && s_.current().grasp_step != kNone) {
+    const double force = PlannedForce(s_.plan.steps[static_cast<size_t>(s_.current().grasp_step)]) +
                          kGrip * object.friction * object.mass.value_or(0) * kGravity;
-    gripper_.force = std::min(force, model_->gripper().max_force);
+    s_.gripper.force = std::min(force, s_.model->gripper().max_force);
   }
   now_.slope = std::tan(kConeShare * std::atan(std::max(friction, kLeastFriction)));
 }
@@ -83,15 +84,19 @@ void Executive::Impl::EnterPush() {
 // the load, and for turning of the object. The direction stays within the friction cone about the contact's
 // normal, and turning is bounded by the distance pushed, so that corrections end where the push does. Lynch
 // and Mason, "Stable pushing" (1996): within these bounds the object keeps its contact with a line or a face.
-Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
-  if (PushSlips()) return Outcome::kAborted;
+Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
+  if (PushSlips()) {
+    return Progress::Retry(EventKind::kPushSlipped,
+                           "'" + s_.plan_step().control + "' does not move with its pusher",
+                           s_.current().action_start, false);
+  }
   const math::Pose X_WT = X_WF(frame_);
-  const math::Pose X_TC = math::Between(X_WT, X_WO(step().control));
-  const math::Pose& X_TC_goal = plan_step().X_TC;
+  const math::Pose X_TC = math::Between(X_WT, X_WO(s_.current().control));
+  const math::Pose& X_TC_goal = s_.plan_step().X_TC;
   const Vector3d line = X_TC_goal.p - now_.X_TC_start.p;
   const double length = line.norm();
   const Vector3d u = length > 1e-6 ? Vector3d(line / length) : Vector3d(X_TC.R * now_.normal_C);
-  StepRecord& record = records_[static_cast<size_t>(step_)];
+  StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
   record.position_error = (X_TC.p - X_TC_goal.p).norm();
   record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
 
@@ -103,13 +108,13 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   if (forward <= kThere) {
     now_.phase = 2;
     now_.entered = false;
-    return Outcome::kRunning;
+    return Progress::Running();
   }
   Vector3d beside = lack - forward * n;
   beside -= X_WT.R.row(2).transpose() * X_WT.R.row(2).dot(beside);  // it stays on its surface
   Vector3d off = now_.X_TC_start.p - X_TC.p;  // the shortest displacement back to the line
   off -= u * u.dot(off);
-  now_.drift_T += kDriftRate * options_.period * (off - n * n.dot(off));
+  now_.drift_T += kDriftRate * shared_.period * (off - n * n.dot(off));
   if (const double most = now_.slope * kLookAhead; now_.drift_T.norm() > most)
     now_.drift_T *= most / now_.drift_T.norm();
   beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
@@ -124,81 +129,72 @@ Outcome Executive::Impl::RunPush(const planning::ReachVerb& verb) {
   now_.X_TG.p = X_TC.p + share * (forward * n + beside) + R * (X_TR.p - X_TC.p);
   now_.speed = verb.speed;
   if (OutOfReach(now_.X_TG)) {
-    Abort(EventKind::kStalled, "'" + plan_step().target + "' is where the arm can't reach the pose",
-          step().action_start, false);
-    return Outcome::kAborted;
+    return Progress::Retry(EventKind::kStalled,
+                           "'" + s_.plan_step().target + "' is where the arm can't reach the pose",
+                           s_.current().action_start, false);
   }
 
   // The reference moves as long as something is lacking: only the object tells of progress.
   const double left = (X_TC.p - X_TC_goal.p).norm();
-  if (left < now_.least_left - 0.001) {
-    now_.least_left = left;
-    now_.progress_time = time_;
-  }
-  if (time_ - now_.progress_time < options_.stall_time && time_ - now_.start < options_.verb_timeout)
-    return Outcome::kRunning;
+  watch_.Observe(left, s_.time);
+  if (!watch_.Stalled(s_.time)) return Progress::Running();
   if (left <= options_.push_limit) {
-    Record(EventKind::kStalled, "the push ends " + Millimetres(left) + " from its pose");
+    s_.Record(EventKind::kStalled, "the push ends " + Length(left) + " from its pose");
     now_.phase = 2;
     now_.entered = false;
-    return Outcome::kRunning;
+    return Progress::Running();
   }
-  Abort(EventKind::kStalled, "the push stalled " + Millimetres(left) + " from its pose", step().action_start,
-        false);
-  return Outcome::kAborted;
+  return Progress::Retry(EventKind::kStalled, "the push stalled " + Length(left) + " from its pose",
+                         s_.current().action_start, false);
 }
 
-bool Executive::Impl::PushSlips() {
-  const math::Pose X_TC = math::Between(X_WF(frame_), X_WO(step().control));
+bool ReferenceServo::PushSlips() const {
+  const math::Pose X_TC = math::Between(X_WF(frame_), X_WO(s_.current().control));
   const double tool_way = (reference_.X_TR().p - now_.X_TH_start.p).norm();
   const double object_way = (X_TC.p - now_.X_TC_start.p).norm();
-  if (tool_way < kPushSlack || object_way > kPushShare * (tool_way - kPushSlack / 2)) return false;
-  Abort(EventKind::kPushSlipped, "'" + plan_step().control + "' does not move with its pusher",
-        step().action_start, false);
-  return true;
+  return tool_way >= kPushSlack && object_way <= kPushShare * (tool_way - kPushSlack / 2);
 }
 
 // The tool backs off, then what became of the object is judged.
-Outcome Executive::Impl::FinishPush() {
+Progress ReferenceServo::FinishPush() {
   if (!now_.entered) {
     now_.entered = true;
-    now_.start = time_;
-    const Vector3d back_W = -(X_WO(step().control).R * now_.normal_C);
+    now_.start = s_.time;
+    const Vector3d back_W = -(X_WO(s_.current().control).R * now_.normal_C);
     SwitchFrame({});
     ResetReferenceToHand();
     now_.X_TG.p += kBackOff * back_W;
     now_.speed = 0.05;
   }
-  if (step().tool != kNone && step().grasp_step != kNone) {
-    const double force = PlannedForce(resolved_.plan.steps[static_cast<size_t>(step().grasp_step)]);
-    gripper_.force = std::min(force, model_->gripper().max_force);
+  if (s_.current().tool != kNone && s_.current().grasp_step != kNone) {
+    const double force = PlannedForce(s_.plan.steps[static_cast<size_t>(s_.current().grasp_step)]);
+    s_.gripper.force = std::min(force, s_.model->gripper().max_force);
   }
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.001;
-  if (!arrived && time_ - now_.start < kBackOffTime) return Outcome::kRunning;
-  const math::Pose X_TC = math::Between(X_WF(step().target), X_WO(step().control));
-  const math::Pose& X_TC_goal = plan_step().X_TC;
+  if (!arrived && s_.time - now_.start < kBackOffTime) return Progress::Running();
+  const math::Pose X_TC = math::Between(X_WF(s_.current().target), X_WO(s_.current().control));
+  const math::Pose& X_TC_goal = s_.plan_step().X_TC;
   const Vector3d error = X_TC.p - X_TC_goal.p;
   const Vector3d path = X_TC_goal.p - now_.X_TC_start.p;
   const double along = path.norm() > 1e-6 ? error.dot(path.normalized()) : 0;
   const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
-  StepRecord& record = records_[static_cast<size_t>(step_)];
+  StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
   record.position_error = error.norm();
   record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
   if (error.norm() <= options_.push_tolerance && record.rotation_error <= options_.push_angle)
-    return Outcome::kDone;
+    return Progress::Done();
   char degrees[32];
   FormatInto(degrees, sizeof degrees, "%.1f degrees", record.rotation_error * 180 / M_PI);
-  const std::string text = "'" + plan_step().control + "' ends " + Millimetres(along) + " along and " +
-                           Millimetres(lateral) + " beside its pose, turned by " + degrees;
-  const int action = plan_step().action_index;
+  const std::string text = "'" + s_.plan_step().control + "' ends " + Length(along) + " along and " +
+                           Length(lateral) + " beside its pose, turned by " + degrees;
+  const int action = s_.plan_step().action_index;
   // From before its pose it can be pushed on.
-  const bool again = along < -options_.push_tolerance && retries_[action] < options_.max_retries;
+  const bool again = along < -options_.push_tolerance && s_.retries[action] < shared_.max_retries;
   if (error.norm() <= options_.push_limit && !again) {
-    Record(EventKind::kPushSlipped, text);
-    return Outcome::kDone;
+    s_.Record(EventKind::kPushSlipped, text);
+    return Progress::Done();
   }
-  Abort(EventKind::kPushSlipped, text, step().action_start, false);
-  return Outcome::kAborted;
+  return Progress::Retry(EventKind::kPushSlipped, text, s_.current().action_start, false);
 }
 
 }  // namespace tether::execution

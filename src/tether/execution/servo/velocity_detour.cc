@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "tether/common/random.h"
-#include "tether/execution/sequencer/velocity_executive_impl.h"
+#include "tether/execution/servo/velocity_servo.h"
 #include "tether/motion/joint_path.h"
 
 namespace tether::execution {
@@ -41,43 +41,44 @@ std::string Explain(const motion::JointPath& path) {
 
 }  // namespace
 
-std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
-  std::vector<control::MovingPose> still = objects;
+std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
+  std::vector<control::MovingPose> still = s_.objects;
   for (control::MovingPose& object : still) object.V.setZero();
-  robot::Kinematics kinematics(model);
+  robot::Kinematics kinematics(s_.model);
   const auto place = [&](const VectorXd& at_q) {
-    if (held < 0) return;
+    if (s_.held < 0) return;
     kinematics.Set(at_q);
-    still[static_cast<size_t>(held)].X = control_scene.X_WBase() * kinematics.X_BH() * X_HO_grasp;
+    still[static_cast<size_t>(s_.held)].X = control_scene_.X_WBase() * kinematics.X_BH() * s_.X_HO_grasp;
   };
 
   // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
-  const control::ArmBodies bodies(model, control_scene.solids());
+  const control::ArmBodies bodies(s_.model, control_scene_.solids());
   std::vector<control::FieldConstraint> fields =
-      BuildConstraints(options.constraints, control_scene, bodies, model->dof()).fields;
-  fields.insert(fields.end(), verb_fields.begin(), verb_fields.end());
-  control::VelocityOptions free_options = options.controller;
+      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()).fields;
+  fields.insert(fields.end(), verb_fields_.begin(), verb_fields_.end());
+  control::VelocityOptions free_options = options_.controller;
   free_options.gain = free_options.field_gain = 0.5 / kStep;
   free_options.escape_speed = 1;
   free_options.ramp = 0;
   free_options.self_distance = 0;
-  control::ConstrainedVelocity follower(model, control_scene.X_WBase(), control_scene.solids(), {}, fields,
-                                        free_options);
-  if (held >= 0) follower.Hold(held);
-  control::Goal wanted = *goal;
+  control::ConstrainedVelocity follower(s_.model, control_scene_.X_WBase(), control_scene_.solids(), {},
+                                        fields, free_options);
+  if (s_.held >= 0) follower.Hold(s_.held);
+  control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
-  Random random(static_cast<uint64_t>(at) + 1);
+  Random random(static_cast<uint64_t>(s_.step) + 1);
   motion::JointPathProblem problem;
   for (int start = 0; start < kStarts; ++start) {
-    VectorXd end = q;
+    VectorXd end = s_.q;
     for (int i = 0; i < end.size() && start > 0; ++i) {
-      end[i] = std::clamp(end[i] + random.Uniform(-kSpread, kSpread), model->lower()[i], model->upper()[i]);
+      end[i] =
+          std::clamp(end[i] + random.Uniform(-kSpread, kSpread), s_.model->lower()[i], s_.model->upper()[i]);
     }
     bool reached = false;
     for (int step = 0; step < kSteps && !reached; ++step) {
       place(end);
-      const VectorXd& v = follower.Compute({end, opening, still}, &wanted);
-      reached = follower.error_m() < tolerance_m && follower.error_rad() < tolerance_rad;
+      const VectorXd& v = follower.Compute({end, s_.opening, still}, &wanted);
+      reached = follower.error_m() < tolerance_m_ && follower.error_rad() < tolerance_rad_;
       if (!reached) end += kStep * v;
     }
     if (reached) problem.goals.push_back(std::move(end));
@@ -88,20 +89,20 @@ std::vector<VectorXd> VelocityExecutive::Impl::FindDetour(std::string& why) {
   }
 
   control::ConstrainedVelocity probe = MakeController();
-  probe.Allow(allowed_bodies);
-  if (held >= 0) probe.Hold(held);
-  const double margin = options.controller.joint_margin;
-  problem.lower = (model->lower().array() + margin).matrix();
-  problem.upper = (model->upper().array() - margin).matrix();
-  problem.start = q;
-  problem.seed = static_cast<uint64_t>(at) + 1;
+  probe.Allow(allowed_bodies_);
+  if (s_.held >= 0) probe.Hold(s_.held);
+  const double margin = options_.controller.joint_margin;
+  problem.lower = (s_.model->lower().array() + margin).matrix();
+  problem.upper = (s_.model->upper().array() - margin).matrix();
+  problem.start = s_.q;
+  problem.seed = static_cast<uint64_t>(s_.step) + 1;
   double spare = kSpare;
   problem.is_free = [&](const VectorXd& where) {
-    bool at_end = (where - q).cwiseAbs().maxCoeff() < kEnd;
+    bool at_end = (where - s_.q).cwiseAbs().maxCoeff() < kEnd;
     for (const VectorXd& end : problem.goals) at_end = at_end || (where - end).cwiseAbs().maxCoeff() < kEnd;
-    const double least = at_end ? -options.controller.buffer - kTolerance : spare;
+    const double least = at_end ? -options_.controller.buffer - kTolerance : spare;
     place(where);
-    probe.Compute({where, opening, still}, nullptr);
+    probe.Compute({where, s_.opening, still}, nullptr);
     for (int i = 0; i < probe.num_rows(); ++i) {
       const control::ConstrainedVelocity::Row& row = probe.row(i);
       if (row.priority == 0 && row.value < least) return false;

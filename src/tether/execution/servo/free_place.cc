@@ -3,7 +3,7 @@
 #include <limits>
 #include <numbers>
 
-#include "tether/execution/sequencer/executive_impl.h"
+#include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
 #include "tether/geometry/polygon/support.h"
@@ -25,23 +25,23 @@ constexpr double kOver = 0.01;
 
 }  // namespace
 
-bool Executive::Impl::PutsDown() const {
-  if (step().push || step().control == kNone || held_ != step().control) return false;
-  if (step().target.object == kNone) return false;
-  return std::any_of(verbs().begin(), verbs().end(), [](const planning::Verb& verb) {
+bool ReferenceServo::PutsDown() const {
+  if (s_.current().push || s_.current().control == kNone || s_.held != s_.current().control) return false;
+  if (s_.current().target.object == kNone) return false;
+  return std::any_of(s_.verbs().begin(), s_.verbs().end(), [](const planning::Verb& verb) {
     const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
     return gripper != nullptr && gripper->close_on.empty();
   });
 }
 
 // The least distance of what is held, at this pose, from what it is not put on.
-double Executive::Impl::RoomAt(const math::Pose& X_WC, int* nearest) const {
+double ReferenceServo::RoomAt(const math::Pose& X_WC, int* nearest) const {
   double room = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < objects_.size(); ++i) {
+  for (size_t i = 0; i < s_.objects.size(); ++i) {
     const int object = static_cast<int>(i);
-    if (MovesWithHand(object) || object == step().target.object) continue;
-    const double distance = geometry::SignedDistance(scene_.objects[static_cast<size_t>(held_)].shape, X_WC,
-                                                     scene_.objects[i].shape, objects_[i].X_WF())
+    if (MovesWithHand(object) || object == s_.current().target.object) continue;
+    const double distance = geometry::SignedDistance(s_.scene.objects[static_cast<size_t>(s_.held)].shape,
+                                                     X_WC, s_.scene.objects[i].shape, s_.objects[i].X)
                                 .distance;
     if (distance >= room) continue;
     room = distance;
@@ -51,13 +51,13 @@ double Executive::Impl::RoomAt(const math::Pose& X_WC, int* nearest) const {
 }
 
 // How many corners of the foot of what is held are over what carries it.
-int Executive::Impl::CornersOver(const math::Pose& X_WC) const {
-  const geometry::Shape& shape = scene_.objects[static_cast<size_t>(held_)].shape;
-  const auto carrier = static_cast<size_t>(step().target.object);
+int ReferenceServo::CornersOver(const math::Pose& X_WC) const {
+  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(s_.held)].shape;
+  const auto carrier = static_cast<size_t>(s_.current().target.object);
   int over = 0;
   for (const Vector3d& corner : geometry::SupportPolygon(shape, -X_WC.R.row(2).transpose()).points) {
     const Vector3d from = X_WC * corner + kOver * Vector3d::UnitZ();
-    over += geometry::CastRay(scene_.objects[carrier].shape, objects_[carrier].X_WF(), from,
+    over += geometry::CastRay(s_.scene.objects[carrier].shape, s_.objects[carrier].X, from,
                               -Vector3d::UnitZ(), geometry::RayStart::kIgnore, 2 * kOver)
                 .has_value();
   }
@@ -66,10 +66,10 @@ int Executive::Impl::CornersOver(const math::Pose& X_WC) const {
 
 // An object is put down at its pose in the plan, unless something stands there by now: then at the nearest
 // free place on the same surface.
-void Executive::Impl::FindFreePlace() {
-  const math::Pose X_WT = X_WF(step().target);
-  const math::Pose X_WC = X_WT * plan_step().X_TC;
-  X_TC_ = plan_step().X_TC;
+void ReferenceServo::FindFreePlace() {
+  const math::Pose X_WT = X_WF(s_.current().target);
+  const math::Pose X_WC = X_WT * s_.plan_step().X_TC;
+  X_TC_ = s_.plan_step().X_TC;
   int blocking = kNone;
   if (RoomAt(X_WC, &blocking) > -kOverlap) return;
   const int corners = CornersOver(X_WC);
@@ -85,9 +85,9 @@ void Executive::Impl::FindFreePlace() {
       X_TC_ = math::Between(X_WT, X_WFree);
     }
     if (most == kRoom) continue;
-    Record(EventKind::kReplanned, "'" + plan_step().control + "' is put " + Millimetres(radius) +
-                                      " beside its pose: '" +
-                                      scene_.objects[static_cast<size_t>(blocking)].name + "' stands there");
+    s_.Record(EventKind::kReplanned,
+              "'" + s_.plan_step().control + "' is put " + Length(radius) + " beside its pose: '" +
+                  s_.scene.objects[static_cast<size_t>(blocking)].name + "' stands there");
     return;
   }
 }

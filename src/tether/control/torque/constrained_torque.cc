@@ -1,0 +1,309 @@
+#include "tether/control/torque/constrained_torque.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tether/common/error.h"
+#include "tether/control/torque/constrained_torque_impl.h"
+
+namespace tether::control {
+
+using math::Pose;
+
+void TorqueOptions::Validate() const {
+  gains.Validate();
+  Diagnostics diagnostics;
+  const auto require = [&](const char* name, double value, bool zero, double most = 1e9) {
+    if (std::isfinite(value) && (value > 0 || (zero && value == 0)) && value <= most) return;
+    diagnostics.Add({}, std::string("'") + name + "' of the torque controller is " + std::to_string(value),
+                    most == 1 ? "a number above 0, at most 1, is accepted"
+                    : zero    ? "a finite number of at least zero is accepted"
+                              : "a finite number above zero is accepted");
+  };
+  require("period", period, false);
+  require("null_weight", null_weight, false);
+  require("rotation_weight", rotation_weight, false);
+  require("field_rate", field_rate, false);
+  require("field_damping", field_damping, false);
+  require("field_share", field_share, false, 1);
+  require("field_braking", field_braking, false);
+  require("buffer", buffer, true);
+  require("angle_buffer", angle_buffer, true);
+  require("velocity_share", velocity_share, false, 1);
+  require("torque_share", torque_share, false, 1);
+  require("rate_share", rate_share, false, 1);
+  require("rate_margin", rate_margin, false, 1);
+  require("joint_margin", joint_margin, true);
+  require("limit_gap", limit_gap, true);
+  require("return_speed", return_speed, false);
+  require("self_distance", self_distance, true);
+  require("range", range, false);
+  require("most_needed", most_needed, false);
+  require("brake_rate", brake_rate, false);
+  require("contact.threshold", contact.threshold, false);
+  require("contact.hold", contact.hold, true);
+  require("contact.filter", contact.filter, false);
+  require("contact.touch", contact.touch, true);
+  require("contact.released", contact.released, false);
+  require("contact.released_for", contact.released_for, true);
+  require("contact.retreat", contact.retreat, true);
+  require("contact.yield", contact.yield, true);
+  require("max_iterations", max_iterations, false);
+  require("max_solves", max_solves, false);
+  diagnostics.ThrowIfAny();
+}
+
+ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
+                              const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+                              std::vector<FieldConstraint> fields_in, const TorqueOptions& options_in)
+    : model(std::move(model_in)),
+      options(options_in),
+      X_BW(X_WBase_in.Inverse()),
+      n(model->dof()),
+      kinematics(model),
+      bodies(model, objects),
+      reserve(*model),
+      watch(n, options.contact),
+      M(n, n),
+      Minv(n, n),
+      J(6, n),
+      weighted_J(6, n),
+      MinvJt(n, 6),
+      M_llt(n),
+      H(n, n) {
+  options.Validate();
+  for (Eigen::VectorXd* vector : {&v,
+                                  &carried,
+                                  &hold,
+                                  &g,
+                                  &tau_lower,
+                                  &tau_upper,
+                                  &middle,
+                                  &half,
+                                  &velocity_lower,
+                                  &velocity_upper,
+                                  &position_lower,
+                                  &position_upper,
+                                  &smooth_lower,
+                                  &smooth_upper,
+                                  &lower,
+                                  &upper,
+                                  &work,
+                                  &unexplained,
+                                  &wanted,
+                                  &goal_row,
+                                  &qddot,
+                                  &torque}) {
+    vector->setZero(n);
+  }
+  function_rows.A.setZero(kMostFunctionRows, n);
+  for (Eigen::MatrixXd* matrix : {&function_rows.J, &function_rows.J_after, &function_rows.J_before}) {
+    matrix->setZero(kMostFunctionRows, 12);
+  }
+  function_rows.unused.setZero(kMostFunctionRows);
+  for (const ClearanceConstraint& clearance : clearances) {
+    AddPairs(clearance, static_cast<int>(names.size()));
+    names.push_back(clearance.name);
+  }
+  for (const auto& [a, b] : model->solids().pairs) {
+    pairs.push_back({a, b, static_cast<int>(names.size()), options.self_distance, 0, false, false});
+  }
+  names.emplace_back("self");
+  for (int body = 0; body < bodies.num_bodies(); ++body) {
+    double radius = 0;
+    for (const ArmBodies::Part* part = bodies.begin(body); part != bodies.end(body); ++part) {
+      radius = std::max(radius, part->X_FP.p.norm() + part->radius);
+    }
+    body_radius.push_back(radius);
+  }
+  body_speed.resize(body_radius.size());
+  first_field = static_cast<int>(names.size());
+  for (FieldConstraint& field : fields_in) {
+    names.push_back(field.name);
+    fields.push_back(std::move(field));
+  }
+  fixed_fields = fields.size();
+  SetRoom();
+}
+
+bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTask& task) {
+  const robot::State& state = input.state;
+  if (!state.q().allFinite() || !state.v().allFinite() || !state.M().allFinite() ||
+      !state.bias().allFinite() || !state.J_BH().allFinite()) {
+    return false;
+  }
+  task_finite = std::isfinite(task.max_force) && std::isfinite(task.payload) &&
+                (task.hand == nullptr || IsFinite(*task.hand)) &&
+                (task.posture == nullptr || task.posture->allFinite());
+  rows_finite = std::isfinite(input.opening);
+  for (const MovingPose& object : input.objects) {
+    rows_finite = rows_finite && object.X.R.allFinite() && object.X.p.allFinite() && object.V.allFinite();
+  }
+  v = state.v();
+  M = state.M();
+  J = state.J_BH();
+  hold = state.bias();
+  M_llt.compute(M);
+  if (M_llt.info() != Eigen::Success) return false;
+  Minv.setIdentity();
+  M_llt.solveInPlace(Minv);
+  if (task.hand != nullptr && task.hand->F_BH.allFinite()) {
+    carried.noalias() = J.transpose() * task.hand->F_BH;
+    hold += carried;
+  } else {
+    carried.setZero();
+  }
+  kinematics.Set(state.q());
+  motion.Set(kinematics, v);
+  if (!rows_finite) return true;
+  bodies.PlaceArm(kinematics, input.opening);
+  for (size_t i = 0; i < input.objects.size(); ++i) {
+    MovingPose moved;
+    moved.X = X_BW * input.objects[i].X;
+    moved.V.head<3>() = X_BW.R * input.objects[i].V.head<3>();
+    moved.V.tail<3>() = X_BW.R * input.objects[i].V.tail<3>();
+    bodies.Place(static_cast<int>(i), moved);
+  }
+  return true;
+}
+
+void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const TorqueTask& task) {
+  if (input.external == nullptr) return;
+  unexplained = *input.external + carried;
+  watch.Update(candidates, num_candidates, unexplained, J, task.payload, task.max_force, options.period);
+  flags.yielding = watch.contact().active;
+}
+
+void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
+  H.setZero();
+  g.setZero();
+  // Where something is not finite the arm brakes, under the constraints that are known.
+  flags.fault = !rows_finite || !task_finite;
+  if (flags.fault || (task.hand == nullptr && task.goal == nullptr)) {
+    AddBrake(1, options.brake_rate);
+  } else if (flags.yielding) {
+    AddRetreat();
+  } else {
+    if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
+    if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);
+    AddPosture(task.posture);
+  }
+}
+
+// Without a state that can be trusted: the last torques go towards those that hold the arm, and brake it as
+// far as its velocity is known.
+void ConstrainedTorque::Impl::Fault(const TorqueInput& input) {
+  flags.fault = true;
+  const robot::State& state = input.state;
+  const double dt = options.period * options.rate_margin;
+  work = state.bias().allFinite() ? state.bias() : torque;
+  if (state.v().allFinite()) {
+    if (state.M().allFinite()) {
+      work -= options.brake_rate * state.M().diagonal().cwiseProduct(state.v());
+    } else {
+      work -= state.v();
+    }
+  }
+  if (!started) torque = work;
+  for (int i = 0; i < n; ++i) {
+    const double change = dt * model->max_torque_rate()[i], most = model->max_torque()[i];
+    torque[i] = std::clamp(std::clamp(work[i], torque[i] - change, torque[i] + change), -most, most);
+  }
+  started = true;
+  qddot.setZero();
+}
+
+ConstrainedTorque::ConstrainedTorque(std::shared_ptr<const robot::Model> model, const Pose& X_WBase,
+                                     const std::vector<Solid>& objects,
+                                     std::vector<ClearanceConstraint> clearances,
+                                     std::vector<FieldConstraint> fields, const TorqueOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, std::move(clearances),
+                                   std::move(fields), options)) {}
+ConstrainedTorque::~ConstrainedTorque() = default;
+ConstrainedTorque::ConstrainedTorque(ConstrainedTorque&&) noexcept = default;
+ConstrainedTorque& ConstrainedTorque::operator=(ConstrainedTorque&&) noexcept = default;
+
+const ArmBodies& ConstrainedTorque::bodies() const { return impl_->bodies; }
+const TorqueOptions& ConstrainedTorque::options() const { return impl_->options; }
+
+void ConstrainedTorque::SetExtraFields(std::vector<FieldConstraint> fields) {
+  Impl& s = *impl_;
+  s.fields.resize(s.fixed_fields);
+  s.names.resize(static_cast<size_t>(s.first_field) + s.fixed_fields);
+  for (FieldConstraint& field : fields) {
+    s.names.push_back(field.name);
+    s.fields.push_back(std::move(field));
+  }
+  s.SetRoom();
+}
+
+void ConstrainedTorque::Allow(std::span<const std::pair<int, int>> pairs) {
+  const ArmBodies& bodies = impl_->bodies;
+  const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
+  const auto body = [held](int given) { return given < 0 ? held : given; };
+  for (Impl::Pair& pair : impl_->pairs) {
+    pair.allowed = std::any_of(pairs.begin(), pairs.end(), [&](const std::pair<int, int>& allowed) {
+      const int a = body(allowed.first), b = body(allowed.second);
+      return (a == pair.a && b == pair.b) || (b == pair.a && a == pair.b);
+    });
+  }
+}
+
+void ConstrainedTorque::Hold(int object) { impl_->bodies.Hold(object); }
+void ConstrainedTorque::Release() { impl_->bodies.Release(); }
+
+const Eigen::VectorXd& ConstrainedTorque::Compute(const TorqueInput& input, const TorqueTask& task) {
+  Impl& s = *impl_;
+  s.flags = {};
+  s.num_rows = s.num_candidates = s.num_chosen = 0;
+  s.error_m = s.error_rad = 0;
+  if (!s.TakeInput(input, task)) {
+    s.Fault(input);
+    return s.torque;
+  }
+  s.SetTorqueBox();
+  s.SetJointBounds();
+  if (s.rows_finite) {
+    s.AddPairRows();
+    for (size_t i = 0; i < s.fields.size(); ++i) {
+      s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
+    }
+    s.ChooseRows();
+    s.WatchContact(input, task);
+  }
+  s.AddObjective(task);
+  s.Solve();
+  s.torque.noalias() = s.M * s.qddot;
+  s.torque += s.hold;
+  s.torque = s.torque.cwiseMax(s.tau_lower).cwiseMin(s.tau_upper);
+  s.Report();
+  return s.torque;
+}
+
+void ConstrainedTorque::SetLast(const Eigen::VectorXd& torque) {
+  impl_->torque = torque;
+  impl_->started = true;
+}
+void ConstrainedTorque::Restart() {
+  impl_->started = false;
+  impl_->watch.Reset();
+}
+
+const TorqueFlags& ConstrainedTorque::flags() const { return impl_->flags; }
+const Contact& ConstrainedTorque::contact() const { return impl_->watch.contact(); }
+const Eigen::VectorXd& ConstrainedTorque::acceleration() const { return impl_->qddot; }
+double ConstrainedTorque::error_m() const { return impl_->error_m; }
+double ConstrainedTorque::error_rad() const { return impl_->error_rad; }
+int ConstrainedTorque::num_rows() const { return impl_->num_rows; }
+const ConstrainedTorque::Row& ConstrainedTorque::row(int index) const {
+  return impl_->rows[static_cast<size_t>(index)];
+}
+Eigen::RowVectorXd ConstrainedTorque::row_jacobian(int index) const { return impl_->Jacobian(index); }
+int ConstrainedTorque::num_qp_rows() const { return impl_->num_chosen; }
+int ConstrainedTorque::num_constraints() const { return static_cast<int>(impl_->names.size()); }
+const std::string& ConstrainedTorque::constraint_name(int index) const {
+  return impl_->names[static_cast<size_t>(index)];
+}
+
+}  // namespace tether::control

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "tether/control/torque/constrained_torque.h"
+#include "tether/control/torque/joint_braking.h"
+#include "tether/control/torque/link_motion.h"
+#include "tether/qp/hierarchy.h"
+
+namespace tether::control {
+
+/// Goals and fields have at most so many rows each.
+inline constexpr int kMostFunctionRows = 12;
+
+/// The rows of a function of frames (target, frame) along the arm's motion: r, ṙ, and r̈ = A q̈ + bias.
+struct FunctionRows {
+  Eigen::VectorXd r{kMostFunctionRows}, rate{kMostFunctionRows}, bias{kMostFunctionRows};
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> A;
+  Eigen::MatrixXd J, J_after, J_before;
+  Eigen::VectorXd unused;
+};
+
+struct ConstrainedTorque::Impl {
+  struct Pair {
+    int a, b;  ///< Bodies.
+    int constraint;
+    double distance;
+    Priority priority;
+    bool held;     ///< Only while one of them, an object, is held and the other is not.
+    bool allowed;  ///< They may touch.
+  };
+  /// A frame with its twist, and the twist's derivative without q̈, all in the frame itself.
+  struct MovingFrame {
+    math::Pose X_BF;
+    math::Vector6d V = math::Vector6d::Zero();
+    math::Vector6d A = math::Vector6d::Zero();
+  };
+
+  Impl(std::shared_ptr<const robot::Model> model_in, const math::Pose& X_WBase_in,
+       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       std::vector<FieldConstraint> fields_in, const TorqueOptions& options_in);
+
+  // torque_rows.cc
+  void AddPairs(const ClearanceConstraint& clearance, int constraint);
+  void SetRoom();
+  bool IsActive(const Pair& pair) const;
+  void AddPairRows();
+  /// No point of a body moves faster, m/s.
+  double FastestOf(int body) const;
+  void AddFieldRows(const FieldConstraint& field, int constraint);
+  MovingFrame FrameNow(const Frame& frame, bool target) const;
+  void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
+                FunctionRows& out) const;
+  double* NewRow(const Row& row);
+  void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n_B, double scale,
+                double* row) const;
+  /// What a row's second derivative must not be below: near its limit …
+  double NeededNear(double value, double rate) const;
+  /// … and so that it can be braked before; −`most` if that holds in any case. `slope`: its derivative in q.
+  double NeededToStop(const Row& row, const double* slope, double most) const;
+
+  // torque_objective.cc
+  void AddHand(const HandTarget& target, double max_force);
+  void AddGoal(const Goal& goal, double max_force);
+  void AddPosture(const Eigen::VectorXd* posture);
+  void AvoidSingularity();
+  void AddBrake(double weight, double rate);
+  void AddRetreat();
+
+  // torque_solve.cc
+  void SetTorqueBox();
+  void SetJointBounds();
+  void ChooseRows();
+  void Solve();
+  void SolveConflict();
+  void Brake();
+  void Report();
+
+  // constrained_torque.cc
+  bool TakeInput(const TorqueInput& input, const TorqueTask& task);
+  void WatchContact(const TorqueInput& input, const TorqueTask& task);
+  void AddObjective(const TorqueTask& task);
+  void Fault(const TorqueInput& input);
+
+  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
+    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
+  }
+
+  std::shared_ptr<const robot::Model> model;
+  TorqueOptions options;
+  math::Pose X_BW;
+  int n;
+  robot::Kinematics kinematics;
+  LinkMotion motion;
+  ArmBodies bodies;
+  BrakingReserve reserve;
+  ContactWatch watch;
+  std::vector<std::string> names;
+  std::vector<Pair> pairs;
+  std::vector<FieldConstraint> fields;
+  size_t fixed_fields = 0;
+  int first_field = 0;
+  std::vector<double> body_radius;  ///< Of a ball about its frame's origin that holds all parts, m.
+  std::vector<double> body_speed;   ///< FastestOf(), in this tick.
+
+  std::vector<Row> rows;
+  std::vector<double> jacobians;  ///< n per row
+  int num_rows = 0;
+  bool rows_finite = true, task_finite = true;
+  std::vector<ContactCandidate> candidates;
+  int num_candidates = 0;
+  std::vector<int> chosen;    ///< Rows in the QP …
+  std::vector<double> sides;  ///< … and what A q̈ must not be below there.
+  int num_chosen = 0;
+  std::vector<int> levels;
+  std::unique_ptr<qp::Problem> problem, conflict_problem;
+  std::unique_ptr<qp::Solver> solver;
+  std::unique_ptr<qp::HierarchySolver> conflict_solver;
+
+  // Of this tick.
+  Eigen::VectorXd v, carried, hold;  ///< Joint velocities; JᵀF of the payload; h + carried.
+  Eigen::MatrixXd M, Minv, J, weighted_J, MinvJt;
+  Eigen::LLT<Eigen::MatrixXd> M_llt;
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  Eigen::VectorXd tau_lower, tau_upper;  ///< Torque and torque rate, Nm.
+  Eigen::VectorXd middle, half;          ///< q̈ in the middle of that box; half of the box, Nm.
+  Eigen::VectorXd velocity_lower, velocity_upper, position_lower, position_upper;
+  Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
+  Eigen::VectorXd lower, upper;                ///< All of these.
+  Eigen::VectorXd work, unexplained;
+
+  FunctionRows function_rows;
+  Eigen::VectorXd wanted, goal_row;
+  double error_m = 0, error_rad = 0;
+
+  bool started = false;
+  Eigen::VectorXd qddot, torque;
+  TorqueFlags flags;
+};
+
+}  // namespace tether::control

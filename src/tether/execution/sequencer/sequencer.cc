@@ -1,0 +1,218 @@
+#include "tether/execution/sequencer/sequencer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+#include <variant>
+
+namespace tether::execution {
+
+Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& make_servo, Resolver resolve,
+                     const SequencerOptions& options)
+    : situation_(std::move(situation)),
+      s_(*situation_),
+      servo_(make_servo(s_)),
+      resolve_(std::move(resolve)),
+      options_(options),
+      trackers_(s_.objects.size()),
+      invalid_(s_.objects.size(), false) {
+  servo_->Prepare(&commands_);
+}
+
+Sequencer::~Sequencer() = default;
+
+const std::string& Sequencer::held() const {
+  static const std::string nothing;
+  return s_.held == kNone ? nothing : s_.object_name(s_.held);
+}
+
+const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
+                                       const robot::Observations& observations) {
+  const auto seen = observations.find(s_.robot);
+  assert(seen != observations.end());
+  Sense(estimate, seen->second);
+  if (s_.trustworthy) {
+    if (!started_) Begin();
+    if (running()) WatchGrasp();
+    if (running()) Advance();
+  }
+  servo_->Command(observations, &commands_);
+  commands_.find(s_.robot)->second.gripper = s_.gripper;
+  return commands_;
+}
+
+void Sequencer::Begin() {
+  started_ = true;
+  servo_->Begin();
+  if (s_.in_plan()) {
+    EnterStep(0);
+  } else {
+    Finish("the plan is empty");
+  }
+}
+
+void Sequencer::EnterStep(int index) {
+  s_.step = index;
+  s_.verb = 0;
+  s_.recovering = false;
+  s_.released = kNone;
+  const bool first = s_.current().action_start == index;
+  StepRecord& record = s_.record();
+  record.start = s_.time;
+  ++record.attempts;
+  if (first && record.attempts == 1) held_before_ = s_.held;
+  if (first) s_.Record(EventKind::kActionStarted, s_.plan_step().action);
+  s_.Record(EventKind::kStepStarted, s_.plan_step().control + " to " + s_.plan_step().target);
+  servo_->BeginStep();
+  BeginVerb();
+}
+
+void Sequencer::BeginVerb() {
+  entered_ = false;
+  servo_->BeginVerb();
+}
+
+void Sequencer::FinishStep() {
+  StepRecord& record = s_.record();
+  record.end = s_.time;
+  s_.Record(EventKind::kStepFinished,
+            s_.plan_step().action + ": " + Length(record.position_error) + " from its pose");
+  if (MissedItsRegion()) return;
+  if (s_.step + 1 < s_.num_steps()) {
+    EnterStep(s_.step + 1);
+  } else {
+    Finish("");
+  }
+}
+
+void Sequencer::Finish(const std::string& text) {
+  s_.step = s_.num_steps();
+  s_.status.state = ExecutiveStatus::State::kFinished;
+  servo_->Stop();
+  s_.Record(EventKind::kFinished, text);
+}
+
+Progress Sequencer::RunVerb() {
+  struct Run {
+    Sequencer& sequencer;
+    Progress operator()(const planning::ReachVerb& verb) { return sequencer.servo_->Reach(verb); }
+    Progress operator()(const planning::ShiftVerb& verb) { return sequencer.servo_->Shift(verb); }
+    Progress operator()(const planning::GripperVerb& verb) { return sequencer.Grip(verb); }
+    Progress operator()(const planning::WaitVerb& verb) { return sequencer.Wait(verb); }
+  };
+  if (!entered_) verb_start_ = s_.time;
+  return std::visit(Run{*this}, s_.verbs()[static_cast<size_t>(s_.verb)]);
+}
+
+void Sequencer::Advance() {
+  do {
+    const Progress progress = RunVerb();
+    if (progress.state == Progress::State::kRunning) return;
+    if (progress.state != Progress::State::kDone) return Abort(progress);
+    ++s_.verb;
+    BeginVerb();
+    if (s_.verb < static_cast<int>(s_.verbs().size())) continue;
+    if (s_.recovering) {
+      EnterStep(s_.step);
+    } else {
+      FinishStep();
+    }
+  } while (options_.passes_at_once && running());
+}
+
+void Sequencer::Abort(const Progress& progress) {
+  if (progress.kind != EventKind::kFailed) s_.Record(progress.kind, progress.reason);
+  servo_->Stop();
+  if (progress.state == Progress::State::kFailed) return Fail(progress.reason);
+  if (progress.state == Progress::State::kGiveUp) return GiveUp(progress.reason);
+  const bool recovers = options_.recovery_rise > 0;
+  if (!options_.failing_action_pays) s_.step = progress.resume;
+  if (progress.open && !recovers) {
+    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+    s_.gripper.opening = s_.model->gripper().max_opening;
+  }
+  int& tried = s_.retries[s_.plan_step().action_index];
+  if (tried >= options_.max_retries) return GiveUp(progress.reason);
+  ++tried;
+  ++retry_count_;
+  s_.step = progress.resume;
+  s_.Record(EventKind::kRetry, s_.plan_step().action + " again");
+  if (recovers) {
+    Recover(progress.open);
+  } else {
+    EnterStep(s_.step);
+  }
+}
+
+// Before it tries again, the hand opens, unless it is to keep what it holds, and rises.
+void Sequencer::Recover(bool open) {
+  s_.recovery.clear();
+  if (open) s_.recovery.emplace_back(planning::GripperVerb{});
+  planning::ShiftVerb rise;
+  rise.by = Eigen::Vector3d(0, 0, options_.recovery_rise);
+  s_.recovery.emplace_back(rise);
+  s_.recovering = true;
+  s_.verb = 0;
+  BeginVerb();
+}
+
+void Sequencer::GiveUp(const std::string& reason) {
+  std::string why;
+  if (TryAlternative(&why)) return;
+  Fail(why.empty() ? reason : reason + "; " + why);
+}
+
+bool Sequencer::TryAlternative(std::string* why) {
+  if (!options_.alternative) return false;
+  if (replans_ >= options_.max_alternatives) {
+    *why = "other actions have been tried " + std::to_string(replans_) + " times";
+    return false;
+  }
+  const int action = s_.plan_step().action_index;
+  const std::string blocked = s_.plan.actions[static_cast<size_t>(action)];
+  planning::Plan next = s_.plan;
+  next.actions.resize(static_cast<size_t>(action));
+  const auto found = options_.alternative(next.actions, blocked, *why);
+  if (!found) return false;
+  next.actions.insert(next.actions.end(), found->begin(), found->end());
+  std::erase_if(next.steps, [&](const planning::PlanStep& step) { return step.action_index >= action; });
+  try {
+    ResolvedPlan resolved = resolve_(std::move(next));
+    s_.plan = std::move(resolved.plan);
+    s_.steps = std::move(resolved.steps);
+  } catch (const InputError& error) {
+    *why = "other actions can't be executed: " + std::string(error.what());
+    return false;
+  }
+  ++replans_;
+  const auto first =
+      std::find_if(s_.plan.steps.begin(), s_.plan.steps.end(),
+                   [&](const planning::PlanStep& step) { return step.action_index >= action; });
+  s_.step = static_cast<int>(first - s_.plan.steps.begin());
+  s_.records.resize(s_.steps.size());
+  for (size_t i = static_cast<size_t>(s_.step); i < s_.records.size(); ++i) {
+    s_.records[i] = {};
+    s_.records[i].step = static_cast<int>(i);
+  }
+  if (s_.held != kNone && s_.held != held_before_) {
+    // It was grasped by the action that is given up.
+    s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
+    Release();
+    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+    s_.gripper.opening = s_.model->gripper().max_opening;
+  }
+  std::erase_if(s_.retries, [&](const auto& entry) { return entry.first >= action; });
+  std::string text = "without " + blocked + ":";
+  for (const std::string& name : *found) text += " " + name;
+  s_.Record(EventKind::kReplanned, text);
+  EnterStep(s_.step);
+  return true;
+}
+
+void Sequencer::Fail(const std::string& reason) {
+  s_.status.state = ExecutiveStatus::State::kFailed;
+  s_.status.reason = s_.plan_step().action + ": " + reason;
+  s_.Record(EventKind::kFailed, s_.status.reason);
+}
+
+}  // namespace tether::execution

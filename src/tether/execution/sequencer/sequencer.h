@@ -1,0 +1,110 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/execution/observer/frame_tracker.h"
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/execution/sequencer/sequencer_options.h"
+#include "tether/execution/servo/progress.h"
+#include "tether/execution/servo/servo.h"
+#include "tether/execution/servo/situation.h"
+
+namespace tether::execution {
+
+/// Executes a plan verb by verb, relative to where the objects are at each tick (Paper A, eq. (30a)),
+/// whatever moves the arm: it senses, takes steps and verbs one after another, closes and opens the gripper
+/// and judges what it holds, watches the grasp, and resumes at the step that can mend what went wrong; after
+/// `max_retries` of an action it asks for other actions, or fails. The arm's motions are the servo's.
+///
+/// Step() allocates only where events are recorded; it neither blocks nor throws. Deterministic.
+class Sequencer : public PlanRunner {
+ public:
+  /// Completes and looks up a plan's steps. Throws InputError with everything that can't be executed.
+  using Resolver = std::function<ResolvedPlan(planning::Plan)>;
+
+  using ServoMaker = std::function<std::unique_ptr<Servo>(Situation&)>;
+
+  Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& make_servo, Resolver resolve,
+            const SequencerOptions& options);
+  ~Sequencer() override;
+
+  /// One tick. `observations` must hold every robot of the scene; an object that the estimate lacks, or has
+  /// at a pose that is not finite, keeps its last pose. After the end the arm holds its pose.
+  const robot::Commands& Step(const scene::WorldEstimate& estimate,
+                              const robot::Observations& observations) override;
+
+  const planning::Plan& plan() const override { return s_.plan; }
+  const ExecutiveStatus& status() const override { return s_.status; }
+  int step() const override { return s_.step; }
+  const std::string& held() const override;
+  const std::vector<Event>& events() const override { return s_.events; }
+  const std::vector<StepRecord>& records() const override { return s_.records; }
+  int retries() const override { return retry_count_; }
+  int replans() const override { return replans_; }
+  const std::vector<std::pair<std::string, std::string>>& allowed() const override {
+    return servo_->allowed();
+  }
+  const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
+
+ protected:
+  const Servo& servo() const { return *servo_; }
+
+ private:
+  // sequencer.cc: steps and verbs.
+  void Begin();
+  void Advance();
+  Progress RunVerb();
+  void EnterStep(int index);
+  void BeginVerb();
+  void FinishStep();
+  void Finish(const std::string& text);
+  void Abort(const Progress& progress);
+  void Recover(bool open);
+  void GiveUp(const std::string& reason);
+  bool TryAlternative(std::string* why);
+  void Fail(const std::string& reason);
+
+  // sequencer_sensing.cc
+  void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
+  void Track(size_t object, const math::Pose* measured, bool news);
+
+  // sequencer_grasp.cc
+  Progress Grip(const planning::GripperVerb& verb);
+  void BeginGrip(const planning::GripperVerb& verb);
+  Progress JudgeGrasp();
+  Progress Wait(const planning::WaitVerb& verb);
+  void Release();
+  void WatchGrasp();
+  bool MissedItsRegion();
+
+  const std::unique_ptr<Situation> situation_;
+  Situation& s_;
+  const std::unique_ptr<Servo> servo_;
+  const Resolver resolve_;
+  const SequencerOptions options_;
+  robot::Commands commands_;
+
+  std::vector<FrameTracker> trackers_;
+  std::vector<bool> invalid_;  ///< By object: its last pose was not finite.
+  double estimate_time_ = -std::numeric_limits<double>::infinity();
+  bool sensed_ = false;
+  bool started_ = false;
+
+  bool entered_ = false;  ///< The present verb, of those that the sequencer executes itself.
+  double verb_start_ = 0;
+  double last_opening_ = 0;
+  double quiet_since_ = 0;
+  double held_width_ = 0;    ///< Between the fingers as it was grasped, m.
+  double lost_since_ = -1;   ///< The grasp looks lost since then, s; −1: it does not.
+  int held_before_ = kNone;  ///< What the hand held when the present action began.
+  int retry_count_ = 0;
+  int replans_ = 0;
+};
+
+}  // namespace tether::execution

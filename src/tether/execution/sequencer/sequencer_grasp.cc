@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <cmath>
+
+#include "tether/common/text.h"
+#include "tether/execution/observer/grasp_width.h"
+#include "tether/execution/sequencer/sequencer.h"
+#include "tether/scene/region.h"
+
+namespace tether::execution {
+namespace {
+
+// Why what was put into a region is not in it.
+std::string Misfit(const scene::RegionFit& fit) {
+  char text[80];
+  if (fit.outside > scene::RegionFit::kOutlineTolerance) {
+    FormatInto(text, sizeof text, "its footprint reaches %.1f mm beyond", 1e3 * fit.outside);
+  } else {
+    FormatInto(text, sizeof text, "its foot is %.1f mm off", 1e3 * fit.height);
+  }
+  return text;
+}
+
+}  // namespace
+
+void Sequencer::Release() {
+  s_.held = kNone;
+  lost_since_ = -1;
+  servo_->HeldChanged();
+}
+
+void Sequencer::BeginGrip(const planning::GripperVerb& verb) {
+  servo_->Rest(true);
+  last_opening_ = s_.opening;
+  quiet_since_ = s_.time;
+  if (!verb.close_on.empty()) {
+    s_.gripper.mode = robot::GripperCommand::Mode::kForce;
+    s_.gripper.force = std::min(verb.force, s_.model->gripper().max_force);
+  } else {
+    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+    s_.gripper.opening = servo_->WidestOpening();
+    if (s_.held != kNone) {
+      s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
+      s_.released = s_.held;
+      Release();
+    }
+  }
+}
+
+Progress Sequencer::Grip(const planning::GripperVerb& verb) {
+  const GripperSettling& settling = options_.gripper;
+  const bool open = verb.close_on.empty();
+  const bool begins = !entered_;
+  if (begins) BeginGrip(verb);
+  entered_ = true;
+  // Fingers that close on something move it: the hand does not follow that motion.
+  if (open || begins) servo_->Rest(false);
+  if (std::abs(s_.opening - last_opening_) > settling.change) {
+    last_opening_ = s_.opening;
+    quiet_since_ = s_.time;
+  }
+  const double elapsed = s_.time - verb_start_;
+  const bool settled = s_.time - quiet_since_ > settling.quiet && elapsed > settling.least_time;
+  const bool wide = open && s_.opening > settling.open_share * s_.gripper.opening - settling.open_slack;
+  if (!settled && !wide && elapsed <= settling.timeout) return Progress::Running();
+  return open ? Progress::Done() : JudgeGrasp();
+}
+
+Progress Sequencer::JudgeGrasp() {
+  const int object = s_.recovering ? kNone : s_.current().close_on[static_cast<size_t>(s_.verb)];
+  if (object == kNone)
+    return Progress::Retry(EventKind::kGraspMissed, "there is nothing to close on", s_.step, true);
+  const scene::Object& taken = s_.scene.objects[static_cast<size_t>(object)];
+  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[static_cast<size_t>(object)].X);
+  const std::string wrong =
+      WrongWidth(s_.opening, taken.shape, X_HO, s_.model->gripper(), options_.least_width);
+  if (!wrong.empty()) {
+    return Progress::Retry(EventKind::kGraspMissed,
+                           "the gripper closed on " + wrong + " instead of '" + taken.name + "'", s_.step,
+                           true);
+  }
+  s_.held = object;
+  s_.held_since = s_.time;
+  s_.X_HO_grasp = X_HO;
+  held_width_ = s_.opening;
+  lost_since_ = -1;
+  servo_->HeldChanged();
+  s_.Record(EventKind::kGrasped, "'" + taken.name + "', " + Length(s_.opening) + " wide");
+  return Progress::Done();
+}
+
+Progress Sequencer::Wait(const planning::WaitVerb& verb) {
+  if (!entered_) servo_->Rest(true);
+  entered_ = true;
+  servo_->Rest(false);
+  const scene::Region* region = verb.region.empty() ? nullptr : s_.scene.FindRegion(verb.region);
+  const double seconds = region != nullptr ? region->dwell : verb.seconds;
+  return s_.time - verb_start_ >= seconds ? Progress::Done() : Progress::Running();
+}
+
+void Sequencer::WatchGrasp() {
+  if (s_.held == kNone) return;
+  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[static_cast<size_t>(s_.held)].X);
+  const bool slipped = (X_HO.p - s_.X_HO_grasp.p).norm() > options_.slip_distance ||
+                       math::AngleBetween(X_HO.R, s_.X_HO_grasp.R) > options_.slip_angle;
+  const bool empty =
+      options_.watches_width && s_.opening < std::max(options_.least_width, held_width_ - kWidthTolerance);
+  if (!slipped && !empty) {
+    lost_since_ = -1;
+    return;
+  }
+  if (lost_since_ < 0) lost_since_ = s_.time;
+  if (s_.time - lost_since_ < options_.lost_time) return;
+  const std::string name = "'" + s_.object_name(s_.held) + "'";
+  const int grasp = s_.recovering ? kNone : s_.GraspStep(s_.held);
+  Release();
+  Abort(Progress::Retry(EventKind::kGraspLost,
+                        empty ? name + " is no longer between the fingers" : name + " slipped away",
+                        grasp == kNone ? s_.step : grasp, true));
+}
+
+// What was released in this step stands beside its target region: it is grasped again, and where that did not
+// help either the run has failed, since later actions begin from where it was to be.
+bool Sequencer::MissedItsRegion() {
+  const planning::StepSchema& schema = s_.current().schema;
+  if (s_.released == kNone || !schema.target_is_region) return false;
+  const scene::Region& region = *s_.scene.FindRegion(schema.target);
+  if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return false;
+  const auto object = static_cast<size_t>(s_.released);
+  const scene::RegionFit fit = scene::FitRegion(region.form, s_.X_WF(s_.current().target),
+                                                s_.scene.objects[object].shape, s_.objects[object].X);
+  if (fit.Holds()) return false;
+  const std::string reason =
+      "'" + s_.scene.objects[object].name + "' is not in '" + region.name + "': " + Misfit(fit);
+  const int grasp = s_.GraspStep(s_.released);
+  if (grasp == kNone) {
+    Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", and no earlier step of the plan grasps it"));
+    return true;
+  }
+  const int action = s_.plan.steps[static_cast<size_t>(grasp)].action_index;
+  if (s_.retries[action] >= options_.max_retries) {
+    Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", although it was grasped again " +
+                                                        std::to_string(options_.max_retries) + " times"));
+    return true;
+  }
+  Abort(Progress::Retry(EventKind::kPlaceMissed, reason, grasp, false));
+  return true;
+}
+
+}  // namespace tether::execution

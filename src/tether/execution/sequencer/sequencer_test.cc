@@ -1,0 +1,201 @@
+#include "tether/execution/sequencer/sequencer.h"
+
+#include <deque>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "testing/execution/test_plans.h"
+#include "tether/execution/sequencer/resolved_plan.h"
+
+namespace tether::execution {
+namespace {
+
+using math::Pose;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// Motions end as the test says, at once if it says nothing; the hand stays where it is put.
+class ScriptedServo final : public Servo {
+ public:
+  ScriptedServo(Situation& situation, std::deque<Progress>* reaches, Pose* X_WH)
+      : s_(situation), reaches_(reaches), X_WH_(X_WH) {}
+
+  void Prepare(robot::Commands* commands) const override { (*commands)[s_.robot]; }
+  void Sense() override { s_.X_WH = *X_WH_; }
+  void Begin() override {}
+  void BeginStep() override {}
+  void BeginVerb() override {}
+  Progress Reach(const planning::ReachVerb& /*reach*/) override {
+    if (reaches_->empty()) return Progress::Done();
+    const Progress next = reaches_->front();
+    reaches_->pop_front();
+    return next;
+  }
+  Progress Shift(const planning::ShiftVerb& /*shift*/) override { return Progress::Done(); }
+  void Rest(bool /*first*/) override {}
+  double WidestOpening() override { return 0.08; }
+  void HeldChanged() override {}
+  void Stop() override {}
+  void Command(const robot::Observations& /*observations*/, robot::Commands* /*commands*/) override {}
+
+ private:
+  Situation& s_;
+  std::deque<Progress>* reaches_;
+  Pose* X_WH_;
+};
+
+/// Picks a cube up and puts it on another one; fingers follow their command at once.
+class SequencerTest : public ::testing::Test {
+ protected:
+  SequencerTest() {
+    const geometry::Shape cube = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.05}});
+    scene_ = TableScene();
+    scene_.objects.push_back(MakeObject("box", cube, Pose(Eigen::Vector3d(0.5, 0.15, 0.025))));
+    scene_.objects.push_back(MakeObject("other", cube, Pose(Eigen::Vector3d(0.5, -0.15, 0.025))));
+    for (const auto& object : scene_.objects) estimate_.X_WO[object.name] = scene_.InitialPose(object.name);
+    X_WH_ = estimate_.X_WO["box"] * TopGrasp({0, 0, 0});
+    robot::Observation& seen = observations_["panda"];
+    seen.q = models_["panda"]->home();
+    seen.v = seen.tau_external = Eigen::VectorXd::Zero(7);
+    seen.gripper_opening = 0.08;
+  }
+
+  void Start() {
+    const planning::Plan plan = PlanBuilder()
+                                    .Pick("box", TopGrasp({0, 0, 0}))
+                                    .Place("box", "other", Pose(Eigen::Vector3d(0, 0, 0.05)))
+                                    .Build();
+    const Sequencer::Resolver resolve = [this](planning::Plan next) {
+      return Resolve(scene_, std::move(next));
+    };
+    sequencer_ = std::make_unique<Sequencer>(
+        std::make_unique<Situation>(scene_, Resolve(scene_, plan), models_),
+        [this](Situation& situation) {
+          return std::make_unique<ScriptedServo>(situation, &reaches_, &X_WH_);
+        },
+        resolve, options_);
+  }
+
+  void Run(double seconds) {
+    for (const double end = estimate_.time + seconds; sequencer_->running() && estimate_.time < end;) {
+      robot::Observation& seen = observations_["panda"];
+      estimate_.time = seen.time += options_.period;
+      const robot::GripperCommand& gripper = sequencer_->Step(estimate_, observations_).at("panda").gripper;
+      const bool closes = gripper.mode == robot::GripperCommand::Mode::kForce;
+      seen.gripper_opening = closes ? closed_width_ : gripper.opening;
+    }
+  }
+
+  /// The kinds of what happened but for the beginnings and ends of steps.
+  std::vector<std::string> Story() const {
+    std::vector<std::string> kinds;
+    for (const Event& event : sequencer_->events()) {
+      if (event.kind != EventKind::kStepStarted && event.kind != EventKind::kStepFinished)
+        kinds.emplace_back(ToString(event.kind));
+    }
+    return kinds;
+  }
+
+  std::map<std::string, std::shared_ptr<const robot::Model>> models_ = {
+      {"panda", robot::Model::Load("panda")}};
+  scene::Scene scene_;
+  SequencerOptions options_;
+  scene::WorldEstimate estimate_;
+  robot::Observations observations_;
+  std::deque<Progress> reaches_;
+  Pose X_WH_;
+  double closed_width_ = 0.05;
+  std::unique_ptr<Sequencer> sequencer_;
+};
+
+TEST_F(SequencerTest, TakesStepsOneAfterAnother) {
+  Start();
+  Run(10);
+  EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+  EXPECT_THAT(Story(), ElementsAre("action_started", "grasped", "action_started", "released", "finished"));
+  EXPECT_EQ(sequencer_->step(), 2);
+  EXPECT_EQ(sequencer_->held(), "");
+  for (const StepRecord& record : sequencer_->records()) EXPECT_EQ(record.attempts, 1);
+}
+
+TEST_F(SequencerTest, TriesAgainAsOftenAsAllowed) {
+  options_.max_retries = 2;
+  for (int i = 0; i < 3; ++i)
+    reaches_.push_back(Progress::Retry(EventKind::kStalled, "it stalled", 0, false));
+  Start();
+  Run(10);
+  EXPECT_THAT(Story(), ElementsAre("action_started", "stalled", "retry", "action_started", "stalled", "retry",
+                                   "action_started", "stalled", "failed"));
+  EXPECT_EQ(sequencer_->status().reason, "pick(box): it stalled");
+  EXPECT_EQ(sequencer_->retries(), 2);
+}
+
+TEST_F(SequencerTest, WhatSlipsAwayIsGraspedAgain) {
+  Start();
+  while (sequencer_->held().empty() || sequencer_->step() == 0) {
+    if (sequencer_->step() == 0 && !sequencer_->held().empty()) reaches_.assign(2000, Progress::Running());
+    Run(0.0005);
+  }
+  estimate_.X_WO["box"].p.x() += 0.05;
+  Run(0.04);
+  EXPECT_EQ(sequencer_->held(), "box") << "not at once";
+  Run(0.02);
+  EXPECT_EQ(sequencer_->held(), "");
+  EXPECT_EQ(sequencer_->step(), 0) << "where it was grasped";
+  X_WH_ = estimate_.X_WO["box"] * TopGrasp({0, 0, 0});
+  reaches_.clear();
+  Run(10);
+  EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+  EXPECT_THAT(Story(), ElementsAre("action_started", "grasped", "action_started", "grasp_lost", "retry",
+                                   "action_started", "grasped", "action_started", "released", "finished"));
+}
+
+TEST_F(SequencerTest, FingersThatCloseOnNothingHaveMissed) {
+  closed_width_ = 0;
+  options_.max_retries = 0;
+  Start();
+  Run(10);
+  EXPECT_THAT(Story(), ElementsAre("action_started", "grasp_missed", "failed"));
+  EXPECT_EQ(sequencer_->status().reason, "pick(box): the gripper closed on nothing instead of 'box'");
+}
+
+// Giving up asks for other actions, and failing does not; what is done stays done.
+TEST_F(SequencerTest, OtherActionsTakeThePlaceOfWhatIsGivenUp) {
+  std::vector<std::string> asked;
+  options_.alternative = [&](const std::vector<std::string>& done, const std::string& blocked,
+                             std::string& reason) -> std::optional<std::vector<std::string>> {
+    asked = done;
+    asked.push_back("instead of " + blocked);
+    reason = "there are none";
+    return std::nullopt;
+  };
+  reaches_ = {Progress::Done(), Progress::Done(), Progress::GiveUp(EventKind::kStalled, "out of reach")};
+  Start();
+  Run(10);
+  EXPECT_THAT(asked, ElementsAre("pick(box)", "instead of place(box,other)"));
+  EXPECT_EQ(sequencer_->status().reason, "place(box,other): out of reach; there are none");
+
+  asked.clear();
+  reaches_ = {Progress::Failed(EventKind::kFailed, "it broke")};
+  Start();
+  Run(10);
+  EXPECT_THAT(asked, ElementsAre());
+  EXPECT_THAT(sequencer_->status().reason, HasSubstr("it broke"));
+}
+
+TEST_F(SequencerTest, NothingHappensOnMeasurementsThatAreNotFinite) {
+  Start();
+  Run(0.01);
+  const size_t events = sequencer_->events().size();
+  observations_["panda"].q[2] = std::nan("");
+  Run(5);
+  EXPECT_EQ(sequencer_->events().size(), events);
+  observations_["panda"].q[2] = 0;
+  Run(10);
+  EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+}
+
+}  // namespace
+}  // namespace tether::execution

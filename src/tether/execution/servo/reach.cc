@@ -1,0 +1,245 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tether/execution/servo/reference_servo.h"
+
+namespace tether::execution {
+namespace {
+
+using planning::In;
+
+// A motion has ended when the reference is this near to its goal and the hand this slow.
+constexpr double kArrived = 0.001;      // m
+constexpr double kArrivedAngle = 0.01;  // rad
+constexpr double kSlow = 0.02;          // m/s
+constexpr double kSlowRate = 3;  // 1/s: slower for tight tolerances, so that the rest of the error fades
+constexpr double kShiftTolerance = 0.015;  // m
+// Contact that is felt this far before the pose is with something else, m.
+constexpr double kEarlyContact = 0.03;
+// A stalled reach that is this near counts as done: the next verbs show whether it was near enough.
+constexpr double kNearlyThere = 0.015;      // m
+constexpr double kNearlyThereAngle = 0.15;  // rad
+// A pose so far outside the reach is not tried, m.
+constexpr double kBeyondReach = 0.1;
+// Time constant with which slip in the hand is followed, s.
+constexpr double kSlipTime = 0.05;
+
+const math::Pose& HalfTurn() {
+  static const math::Pose turn(math::ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi)),
+                               Eigen::Vector3d::Zero());
+  return turn;
+}
+
+// Moves `X` towards `goal` by the share `s`.
+math::Pose Blend(const math::Pose& X, const math::Pose& goal, double s) {
+  return {math::ProjectToSO3(X.R * math::ExpSO3(s * math::LogSO3(X.R.transpose() * goal.R))),
+          X.p + s * (goal.p - X.p)};
+}
+
+}  // namespace
+
+bool ReferenceServo::IsFreeMotion() const {
+  if (s_.recovering || s_.current().push || s_.verb != s_.current().first_reach) return false;
+  const auto* reach = std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb)]);
+  return reach != nullptr && !reach->until_contact;
+}
+
+void ReferenceServo::Hold() {
+  SwitchFrame({});
+  now_.transit = false;
+}
+
+math::Pose ReferenceServo::ToolGoal(const planning::ReachVerb& verb) const {
+  math::Pose X_TC = X_TC_;
+  switch (verb.in) {
+    case In::kControl:
+      X_TC = X_TC * math::Pose(verb.offset);
+      break;
+    case In::kTarget:
+      X_TC.p += verb.offset;
+      break;
+    case In::kHand:
+      X_TC.p += (X_TC * s_.current().X_CTool * X_ToolHand_).R * verb.offset;
+      break;
+    case In::kWorld:
+      X_TC.p += X_WF(s_.current().target).R.transpose() * verb.offset;
+      break;
+  }
+  return X_TC * s_.current().X_CTool;
+}
+
+std::pair<double, double> ReferenceServo::ToolError(const math::Pose& X_TTool_goal) const {
+  const math::Pose X_TTool = math::Between(X_WF(frame_), s_.X_WH * X_ToolHand_.Inverse());
+  return {(X_TTool.p - X_TTool_goal.p).norm(), math::AngleBetween(X_TTool.R, X_TTool_goal.R)};
+}
+
+bool ReferenceServo::Stalled(double error) {
+  const bool moving = reference_.V_TR().head<3>().norm() > 0.01 || reference_.V_TR().tail<3>().norm() > 0.05;
+  watch_.Observe(error, s_.time, moving);
+  return watch_.Stalled(s_.time);
+}
+
+void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
+  now_.entered = true;
+  watch_.Start(s_.time);
+  now_.speed = verb.speed;
+  now_.transit = IsFreeMotion();
+  SwitchFrame(s_.current().target);
+  if (s_.verb == s_.current().first_reach && PutsDown()) FindFreePlace();
+  const math::Pose X_WT = X_WF(frame_);
+  if (s_.current().tool == kNone) {
+    X_ToolHand_ = turned_ ? HalfTurn() : math::Pose();
+  } else {
+    X_ToolHand_ = math::Between(X_WO(s_.current().tool), s_.X_WH);
+  }
+  const math::Pose X_TTool = ToolGoal(verb);
+  const math::Pose X_BTool = math::Between(s_.X_WB, X_WT * X_TTool);
+  // Turning the hand would turn what it holds.
+  const bool choose = s_.current().tool == kNone && s_.held == kNone && !s_.current().push &&
+                      s_.verb == s_.current().first_reach;
+  const math::Pose candidates[] = {choose ? X_BTool : X_BTool * X_ToolHand_, X_BTool * HalfTurn()};
+  posture_search_.Start(state_.q(), candidates, choose ? 2 : 1, s_.recovering ? nullptr : &s_.plan_step().q);
+  now_.phase = choose ? 0 : 1;
+
+  now_.X_TH_start = reference_.X_TR();
+  if (s_.current().push) EnterPush();
+  const Eigen::Vector3d path = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
+  const bool moves = path.norm() > 0.002;
+  now_.approach_T = moves ? Eigen::Vector3d(path.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
+  contact_.Start();
+
+  // The last of several reaches of a step is an approach along the line from the pose before.
+  const auto* before =
+      s_.verb > 0 ? std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb - 1)]) : nullptr;
+  if (before == nullptr || s_.current().push) return;
+  const Eigen::Vector3d stretch = (X_TTool * X_ToolHand_).p - (ToolGoal(*before) * X_ToolHand_).p;
+  if (stretch.norm() < 0.005) return;
+  now_.funnel_length = stretch.norm();
+  now_.funnel_T = stretch.normalized();
+}
+
+bool ReferenceServo::OutOfReach(const math::Pose& X_TH) const {
+  const robot::Reach& reach = s_.model->reach();
+  const math::Pose X_BH = math::Between(s_.X_WB, X_WF(frame_) * X_TH);
+  return (X_BH * reach.wrist_hand - reach.centre).norm() > reach.max + kBeyondReach;
+}
+
+Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
+  if (s_.current().tool != kNone && s_.held != s_.current().tool) {
+    const std::string name = s_.scene.objects[static_cast<size_t>(s_.current().tool)].name;
+    const int resume = s_.current().grasp_step == kNone ? s_.step : s_.current().grasp_step;
+    return Progress::Retry(EventKind::kGraspLost, "'" + name + "' is not in the hand", resume, true);
+  }
+  if (s_.current().push && now_.phase == 2) return FinishPush();
+  if (!now_.entered) EnterReach(verb);
+  if (now_.phase == 0) {
+    if (!posture_search_.done()) return Progress::Running();
+    turned_ = posture_search_.best() == 1;
+    X_ToolHand_ = turned_ ? HalfTurn() : math::Pose();
+    now_.phase = 1;
+  }
+  if (s_.current().tool != kNone && !verb.until_contact) {
+    const math::Pose measured = math::Between(X_WO(s_.current().tool), s_.X_WH);
+    X_ToolHand_ = Blend(X_ToolHand_, measured, std::min(1.0, shared_.period / kSlipTime));
+  }
+  if (s_.current().push) return RunPush(verb);
+  const math::Pose X_TTool = ToolGoal(verb);
+  now_.X_TG = X_TTool * X_ToolHand_;
+  if (OutOfReach(now_.X_TG)) {
+    return Progress::Retry(EventKind::kStalled,
+                           "'" + s_.plan_step().target + "' is where the arm can't reach the pose", s_.step,
+                           false);
+  }
+  const auto [position_error, rotation_error] = ToolError(X_TTool);
+  s_.records[static_cast<size_t>(s_.step)].position_error = position_error;
+  s_.records[static_cast<size_t>(s_.step)].rotation_error = rotation_error;
+  if (verb.until_contact) return ReachUntilContact(verb, position_error, rotation_error);
+
+  const bool arrived =
+      (reference_.X_TR().p - now_.X_TG.p).norm() < std::max(kArrived, 0.2 * verb.position_tolerance) &&
+      math::AngleBetween(reference_.X_TR().R, now_.X_TG.R) <
+          std::max(kArrivedAngle, 0.2 * verb.rotation_tolerance);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(s_.X_WH.p - X_WF(frame_).p);
+  const bool slow =
+      (s_.V_WH.head<3>() - v_rest).norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
+  const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
+  if (arrived && slow && there) return Progress::Done();
+
+  if (!Stalled(position_error + 0.2 * rotation_error)) return Progress::Running();
+  const std::string where = Length(position_error) + " from its pose";
+  if (position_error < std::max(kNearlyThere, verb.position_tolerance) &&
+      rotation_error < std::max(kNearlyThereAngle, verb.rotation_tolerance)) {
+    s_.Record(EventKind::kStalled, "the reach ends " + where);
+    return Progress::Done();
+  }
+  if (now_.transit && (reference_.X_TR().p - now_.X_TG.p).norm() > kShiftTolerance) {
+    // Passing above the obstructions is out of reach: the straight motion is tried.
+    s_.Record(EventKind::kClearance,
+              "passing above the obstructions is out of reach: the hand goes straight");
+    now_.transit = false;
+    watch_.Excuse(s_.time);
+    return Progress::Running();
+  }
+  return Progress::Retry(EventKind::kStalled, "the reach stalled " + where, s_.step,
+                         s_.current().tool == kNone);
+}
+
+Progress ReferenceServo::ReachUntilContact(const planning::ReachVerb& verb, double position_error,
+                                           double rotation_error) {
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Pose X_TH_goal = now_.X_TG;
+  now_.X_TG.p += options_.contact_search * now_.approach_T;
+  force_W_ = s_.X_WB.R * HandWrench(state_, s_.tau_external).head<3>();
+  const bool felt = contact_.Update(force_W_, X_WT.R * now_.approach_T, shared_.period);
+  const bool stalled = Stalled(position_error + 0.2 * rotation_error);
+  const bool arrived =
+      (reference_.X_TR().p - now_.X_TG.p).norm() < kArrived && s_.V_WH.head<3>().norm() < kSlow;
+  if (!felt && !stalled && !arrived) return Progress::Running();
+
+  const math::Pose X_TH = math::Between(X_WT, s_.X_WH);
+  const double ahead = (X_TH_goal.p - X_TH.p).dot(now_.approach_T);
+  const double limit = std::max(kEarlyContact, verb.position_tolerance);
+  if (ahead > limit) {
+    return Progress::Retry(EventKind::kStalled, "contact " + Length(ahead) + " before the pose", s_.step,
+                           s_.current().tool == kNone);
+  }
+  if (felt) {
+    s_.Record(EventKind::kContact, Length(ahead) + " before the pose");
+    ResetReferenceToHand();
+  } else {
+    s_.Record(EventKind::kNoContact, "the reach ends at its pose");
+  }
+  return Progress::Done();
+}
+
+Progress ReferenceServo::Shift(const planning::ShiftVerb& verb) {
+  if (!now_.entered) {
+    Hold();
+    now_.entered = true;
+    watch_.Start(s_.time);
+    now_.speed = verb.speed;
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    if (verb.in == In::kTarget) R = X_WF(s_.current().target).R;
+    if (verb.in == In::kHand || (verb.in == In::kControl && s_.current().control == kNone))
+      R = reference_.X_TR().R;
+    if (verb.in == In::kControl && s_.current().control != kNone) R = X_WO(s_.current().control).R;
+    now_.X_TG.p += R * verb.by;
+  }
+  GoAlong();
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const double error = (s_.X_WH.p - X_WT * now_.X_TG.p).norm();
+  const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.2 * kShiftTolerance;
+  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(s_.X_WH.p - X_WT.p);
+  if (arrived && error < kShiftTolerance && (s_.V_WH.head<3>() - v_rest).norm() < 2 * kSlow)
+    return Progress::Done();
+  if (!Stalled(error)) return Progress::Running();
+  s_.Record(EventKind::kStalled, "the shift ends " + Length(error) + " from where it led");
+  ResetReferenceToHand();
+  return Progress::Done();
+}
+
+}  // namespace tether::execution

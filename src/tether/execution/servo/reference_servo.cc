@@ -1,0 +1,148 @@
+#include "tether/execution/servo/reference_servo.h"
+
+#include <utility>
+
+namespace tether::execution {
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s²
+
+Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -kGravity);
+}
+
+}  // namespace
+
+void ReferenceServoOptions::Check(Diagnostics* diagnostics) const {
+  gains.Validate();
+  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
+  check("motion.speed", motion.speed);
+  check("motion.acceleration", motion.acceleration);
+  check("motion.angular_speed", motion.angular_speed);
+  check("motion.angular_acceleration", motion.angular_acceleration);
+  check("transit.side", transit.side);
+  check("transit.above", transit.above);
+  check("contact.threshold", contact.threshold);
+  check("contact_search", contact_search);
+  check("leash", leash);
+  check("obstacle_range", obstacle_range);
+  check("push_tolerance", push_tolerance);
+  check("push_angle", push_angle);
+  check("push_limit", push_limit);
+}
+
+ReferenceServo::ReferenceServo(Situation& situation,
+                               const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                               const SequencerOptions& shared, const ReferenceServoOptions& options)
+    : s_(situation),
+      shared_(shared),
+      options_(options),
+      hand_shape_(s_.model->HandShape(s_.model->gripper().max_opening)),
+      state_(s_.model, GravityIn(s_.X_WB)),
+      controller_(s_.model, options_.gains, s_.model->home()),
+      posture_search_(s_.model),
+      contact_(options_.contact),
+      carried_(s_.objects.size()),
+      watch_(shared_.watch()),
+      posture_(s_.model->home()),
+      posture_goal_(s_.model->home()) {
+  size_t parts = hand_shape_.parts.size();
+  for (const auto& object : s_.scene.objects) parts += object.shape.parts.size();
+  body_bounds_.reserve(parts);
+  obstacle_bounds_.reserve(parts);
+  const size_t most_touching = 6 * s_.scene.objects.size() + 8;
+  touching_.reserve(most_touching);
+  named_.reserve(most_touching);
+  allowed_.reserve(most_touching);
+  supports_.reserve(s_.scene.objects.size());
+  if (options_.constrained) MakeServo();
+  for (const auto& robot : s_.scene.robots) {
+    if (robot.name == s_.robot) continue;
+    const auto& model = models.at(robot.name);
+    neighbours_.push_back({robot.name,
+                           robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
+                           control::OperationalSpaceController(model, options_.gains, model->home()),
+                           {},
+                           false});
+  }
+}
+
+void ReferenceServo::Prepare(robot::Commands* commands) const {
+  (*commands)[s_.robot].torque = Eigen::VectorXd::Zero(s_.model->dof());
+  for (const Neighbour& other : neighbours_) {
+    (*commands)[other.name].torque = Eigen::VectorXd::Zero(other.state.q().size());
+  }
+}
+
+void ReferenceServo::Sense() {
+  state_.Set(s_.q, s_.v);
+  if (!s_.trustworthy) return;
+  s_.X_WH = s_.X_WB * state_.X_BH();
+  s_.V_WH.noalias() = state_.J_BH() * s_.v;
+  s_.V_WH.head<3>() = (s_.X_WB.R * s_.V_WH.head<3>()).eval();
+  s_.V_WH.tail<3>() = (s_.X_WB.R * s_.V_WH.tail<3>()).eval();
+}
+
+void ReferenceServo::Begin() {
+  frame_ = {};
+  ResetReferenceToHand();
+  s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+  s_.gripper.opening = s_.opening;
+  posture_ = s_.q;
+}
+
+void ReferenceServo::BeginStep() {
+  X_TC_ = s_.plan_step().X_TC;
+  limit_reported_ = false;
+  // A push by the hand itself keeps the orientation in which it reached for the object.
+  if (!s_.current().push) turned_ = false;
+}
+
+void ReferenceServo::BeginVerb() {
+  now_ = {};
+  now_.X_TG = reference_.X_TR();
+}
+
+void ReferenceServo::Rest(bool first) {
+  if (first) Hold();
+  GoAlong();
+}
+
+// What stands on what is held moves with it.
+void ReferenceServo::HeldChanged() {
+  if (s_.held == kNone) return;
+  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(s_.held, static_cast<int>(i));
+}
+
+void ReferenceServo::Stop() {
+  before_recovery_ = TouchedNow();
+  Hold();
+}
+
+void ReferenceServo::Command(const robot::Observations& observations, robot::Commands* commands) {
+  if (s_.trustworthy) {
+    MoveReference();
+    AimPosture();
+  }
+  CommandTorque(&commands->find(s_.robot)->second);
+  CommandOthers(observations, commands);
+  ++tick_;
+}
+
+void ReferenceServo::CommandOthers(const robot::Observations& observations, robot::Commands* commands) {
+  for (Neighbour& other : neighbours_) {
+    const auto found = observations.find(other.name);
+    if (found == observations.end()) continue;
+    robot::Command& command = commands->find(other.name)->second;
+    other.state.Set(found->second.q, found->second.v);
+    if (!other.started) {
+      other.started = true;
+      other.target.X_BH = other.state.X_BH();
+      other.controller.set_posture(found->second.q);
+      command.gripper.opening = found->second.gripper_opening;
+    }
+    command.torque = other.controller.Compute(other.state, other.target);
+  }
+}
+
+}  // namespace tether::execution

@@ -1,0 +1,195 @@
+#pragma once
+
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/control/operational_space.h"
+#include "tether/execution/observer/contact_detector.h"
+#include "tether/execution/reference/pose_reference.h"
+#include "tether/execution/reference/posture_search.h"
+#include "tether/execution/reference/transit.h"
+#include "tether/execution/sequencer/sequencer_options.h"
+#include "tether/execution/servo/reference_servo_options.h"
+#include "tether/execution/servo/servo.h"
+#include "tether/execution/servo/situation.h"
+#include "tether/execution/servo/torque_servo.h"
+
+namespace tether::execution {
+
+/// An arm that isn't the plan's: it keeps its hand where it was first seen.
+struct Neighbour {
+  std::string name;
+  robot::State state;
+  control::OperationalSpaceController controller;
+  control::HandTarget target;
+  bool started = false;
+};
+
+/// The state of the verb that is being executed.
+struct VerbState {
+  double start = 0;
+  bool entered = false;
+  int phase = 0;
+  math::Pose X_TG;       ///< Where the reference goes, hand pose in the target frame.
+  double speed = 0;      ///< Greatest linear speed, m/s.
+  bool transit = false;  ///< Obstructions are passed above.
+  Eigen::Vector3d funnel_T = Eigen::Vector3d::UnitZ();   ///< Direction of the approach, unit.
+  double funnel_length = 0;                              ///< Its length, m; 0: no approach.
+  Eigen::Vector3d approach_T = Eigen::Vector3d::Zero();  ///< Direction of the whole motion, unit.
+  math::Pose X_TC_start;                                 ///< Of a pushed object, as the push began.
+  math::Pose X_TH_start;
+  Eigen::Vector3d normal_C =
+      Eigen::Vector3d::Zero();  ///< Into the pushed object, level, where it is pressed.
+  double slope = 0;             ///< Tangent of the angle to it that a push may have and not slip.
+  /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
+  Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
+  bool clear = false;  ///< Of what was touched before the verb.
+};
+
+/// What was touched, and by what: verbs after a contact move along with it until they are clear of it.
+struct Contact {
+  AttachedFrame frame;   ///< In the world if nothing that can move was touched.
+  int held = kNone;      ///< What the hand holds; kNone: the hand itself touches.
+  int released = kNone;  ///< The object that the hand has released, on `frame`.
+};
+
+/// Moves the hand by torques: it is servoed to a reference that moves, in the frame of the step's target,
+/// with bounded speed and acceleration towards the pose that is wanted there; the target's own velocity is
+/// fed forward.
+///
+/// - The hand as control frame: a parallel gripper turned by half a turn about its approach grasps alike. Of
+///   the two orientations, the one with more room to the joint limits is chosen, at the first reach of the
+///   step.
+/// - A held object as control frame is servoed through the hand, at the pose in the hand where it is now.
+/// - Any other object as control frame is pushed by what the hand holds, or by the hand, until the *object*
+///   is at its pose in the plan: the tool's goal follows from the object's pose at each tick (ERRATA A15).
+///   See push.cc.
+/// - A reach that isn't preceded by another one in its step is a transit: obstacles are passed above. Later
+///   ones, and pushes, go straight.
+class ReferenceServo final : public Servo {
+ public:
+  ReferenceServo(Situation& situation,
+                 const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                 const SequencerOptions& shared, const ReferenceServoOptions& options);
+
+  // reference_servo.cc
+  void Prepare(robot::Commands* commands) const override;
+  void Sense() override;
+  void Begin() override;
+  void BeginStep() override;
+  void BeginVerb() override;
+  void Rest(bool first) override;
+  double WidestOpening() override { return s_.model->gripper().max_opening; }
+  void HeldChanged() override;
+  void Stop() override;
+  void Command(const robot::Observations& observations, robot::Commands* commands) override;
+  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
+
+  // reach.cc
+  Progress Reach(const planning::ReachVerb& verb) override;
+  Progress Shift(const planning::ShiftVerb& verb) override;
+
+ private:
+  // tracking.cc: from the verb's goal to torques.
+  void MoveReference();
+  void AimPosture();
+  void AvoidObstacles(control::HandTarget* target);
+  void CommandTorque(robot::Command* command);
+  void WatchController();
+
+  // constrained_tracking.cc: the same with the constrained torque controller.
+  void MakeServo();
+  /// Whether `touching_` has changed.
+  bool FindAllowed();
+  void NameAllowed();
+  /// What the held object stood on, until it is clear of it.
+  void WatchSupports();
+  void CommandConstrained(const control::HandTarget& target, robot::Command* command);
+  void WatchServo();
+
+  void CommandOthers(const robot::Observations& observations, robot::Commands* commands);
+
+  // reach.cc
+  bool IsFreeMotion() const;
+  void EnterReach(const planning::ReachVerb& verb);
+  Progress ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
+  math::Pose ToolGoal(const planning::ReachVerb& verb) const;
+  bool OutOfReach(const math::Pose& X_TH) const;
+  std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
+  bool Stalled(double error);
+  void Hold();
+
+  // push.cc
+  void EnterPush();
+  Progress RunPush(const planning::ReachVerb& verb);
+  bool PushSlips() const;
+  Progress FinishPush();
+
+  // contact_frame.cc
+  /// The object was put, or stood at the start, on the carrier, or on something that was.
+  bool IsCarriedBy(int carrier, int object) const;
+  bool MovesWithHand(int object) const {
+    return s_.held != kNone && (object == s_.held || carried_[static_cast<size_t>(object)]);
+  }
+  Contact TouchedNow() const;
+  bool IsClearOf(const Contact& contact) const;
+  void GoAlong();
+  int CarrierOf(int object) const;
+
+  // free_place.cc
+  bool PutsDown() const;
+  double RoomAt(const math::Pose& X_WC, int* nearest) const;
+  int CornersOver(const math::Pose& X_WC) const;
+  void FindFreePlace();
+
+  // tracking.cc: frames.
+  math::Pose X_WF(const AttachedFrame& frame) const { return s_.X_WF(frame); }
+  math::Vector6d V_WF(const AttachedFrame& frame) const { return s_.V_WF(frame); }
+  const math::Pose& X_WO(int object) const { return s_.X_WO(object); }
+  math::Pose X_WR() const { return X_WF(frame_) * reference_.X_TR(); }
+  void SwitchFrame(const AttachedFrame& frame);
+  void ResetReferenceToHand();
+
+  Situation& s_;
+  const SequencerOptions shared_;
+  const ReferenceServoOptions options_;
+  const geometry::Shape hand_shape_;
+
+  robot::State state_;
+  control::OperationalSpaceController controller_;
+  std::optional<TorqueServo> servo_;                          ///< In place of `controller_`.
+  std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
+  std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
+  std::vector<int> supports_;                                 ///< Of what is held, since it was taken.
+  int supported_ = kNone;                                     ///< The object that they are of.
+  double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
+  PostureSearch posture_search_;
+  ContactDetector contact_;
+  PoseReference reference_;
+  AttachedFrame frame_;        ///< The frame T that the reference lives in.
+  std::vector<bool> carried_;  ///< On what is held; only while something is.
+  std::vector<Neighbour> neighbours_;
+  std::vector<Bounds> body_bounds_, obstacle_bounds_;
+  ProgressWatch watch_;
+  long tick_ = 0;
+  Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();
+
+  VerbState now_;
+  Contact before_recovery_;  ///< What was touched as the recovery began.
+  math::Pose X_ToolHand_;    ///< The hand in the tool's frame, as it is held now (smoothed).
+  bool turned_ = false;      ///< The hand has the plan's orientation turned by half a turn.
+  Eigen::VectorXd posture_, posture_goal_;
+  Eigen::Vector3d obstacle_direction_B_ = Eigen::Vector3d::Zero();
+  double obstacle_weight_ = 0;
+  /// Of the step's control frame in its target: the plan's, or a free one beside it.
+  math::Pose X_TC_;
+  bool limit_reported_ = false;  ///< In this step.
+  bool fault_reported_ = false;
+};
+
+}  // namespace tether::execution

@@ -1,0 +1,87 @@
+#include "tether/execution/servo/situation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tether/common/error.h"
+#include "tether/common/text.h"
+#include "tether/control/constrained_velocity.h"
+#include "tether/execution/servo/servo.h"
+
+namespace tether::execution {
+namespace {
+
+std::shared_ptr<const robot::Model> FindModel(
+    const std::map<std::string, std::shared_ptr<const robot::Model>>& models, const std::string& robot) {
+  const auto found = models.find(robot);
+  if (found != models.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& entry : models) names.push_back(entry.first);
+  throw InputError("the plan is for robot '" + robot + "', which is not in the scene",
+                   JoinAlternatives(names));
+}
+
+}  // namespace
+
+std::string Length(double metres) {
+  char text[40];
+  if (metres < 1)
+    FormatInto(text, sizeof text, "%.1f mm", 1000 * metres);
+  else
+    FormatInto(text, sizeof text, "%.1f m", metres);
+  return text;
+}
+
+Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
+                     const std::map<std::string, std::shared_ptr<const robot::Model>>& models)
+    : scene(scene_in),
+      plan(std::move(resolved.plan)),
+      steps(std::move(resolved.steps)),
+      robot(plan.robot),
+      model(FindModel(models, robot)),
+      X_WB(scene.InitialPose(robot)),
+      q(model->home()),
+      v(Eigen::VectorXd::Zero(model->dof())),
+      tau_external(Eigen::VectorXd::Zero(model->dof())),
+      objects(scene.objects.size()),
+      records(steps.size()) {
+  for (size_t i = 0; i < objects.size(); ++i) objects[i].X = scene.InitialPose(scene.objects[i].name);
+  for (size_t i = 0; i < records.size(); ++i) records[i].step = static_cast<int>(i);
+}
+
+void Situation::Record(EventKind kind, std::string text) {
+  events.push_back({time, kind, std::min(step, static_cast<int>(records.size()) - 1), std::move(text)});
+}
+
+math::Pose Situation::X_WF(const AttachedFrame& frame) const {
+  return frame.object == kNone ? frame.X_OF : X_WO(frame.object) * frame.X_OF;
+}
+
+math::Vector6d Situation::V_WF(const AttachedFrame& frame) const {
+  if (frame.object == kNone) return math::Vector6d::Zero();
+  const control::MovingPose& object = objects[static_cast<size_t>(frame.object)];
+  math::Vector6d V = object.V;
+  const Eigen::Vector3d p_OF_W = object.X.R * frame.X_OF.p;
+  V.head<3>() += V.tail<3>().cross(p_OF_W);
+  return V;
+}
+
+int Situation::GraspStep(int object) const {
+  for (int i = std::min(step, num_steps() - 1); i >= 0; --i) {
+    const std::vector<int>& closes = steps[static_cast<size_t>(i)].close_on;
+    if (std::find(closes.begin(), closes.end(), object) != closes.end()) return i;
+  }
+  return kNone;
+}
+
+const std::vector<std::pair<std::string, std::string>>& Servo::allowed() const {
+  static const std::vector<std::pair<std::string, std::string>> none;
+  return none;
+}
+
+const std::vector<control::FieldConstraint>& Servo::verb_fields() const {
+  static const std::vector<control::FieldConstraint> none;
+  return none;
+}
+
+}  // namespace tether::execution

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/control/arm_bodies.h"
+#include "tether/execution/observer/event.h"
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/execution/sequencer/resolved_plan.h"
+#include "tether/robot/interface.h"
+#include "tether/robot/model.h"
+#include "tether/scene/scene.h"
+
+namespace tether::execution {
+
+/// What is sensed, and where execution stands. The sequencer writes it; the servos read it, record events and
+/// set the gripper's opening and force where that is part of the motion. W: world, B: the robot's base, H:
+/// its hand, O: an object.
+struct Situation {
+  Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
+            const std::map<std::string, std::shared_ptr<const robot::Model>>& models);
+
+  /// Appends an event of now.
+  void Record(EventKind kind, std::string text);
+
+  int num_steps() const { return static_cast<int>(steps.size()); }
+  /// Whether `step` is one of the plan's: not so after the end.
+  bool in_plan() const { return step < num_steps(); }
+  const ResolvedStep& current() const { return steps[static_cast<size_t>(step)]; }
+  const planning::PlanStep& plan_step() const { return plan.steps[static_cast<size_t>(step)]; }
+  /// The verbs that are being executed: the step's, or those of a recovery.
+  const std::vector<planning::Verb>& verbs() const { return recovering ? recovery : plan_step().execute; }
+  const std::string& object_name(int object) const { return scene.objects[static_cast<size_t>(object)].name; }
+  /// The pose of a frame, and its velocity, in the world: m/s, rad/s.
+  math::Pose X_WF(const AttachedFrame& frame) const;
+  math::Vector6d V_WF(const AttachedFrame& frame) const;
+  const math::Pose& X_WO(int object) const { return objects[static_cast<size_t>(object)].X; }
+  /// The latest step up to the present one that grasps the object; kNone: none does.
+  int GraspStep(int object) const;
+  StepRecord& record() { return records[static_cast<size_t>(step)]; }
+
+  const scene::Scene scene;
+  planning::Plan plan;
+  std::vector<ResolvedStep> steps;  ///< One per step of the plan.
+  const std::string robot;          ///< The acting one's name.
+  const std::shared_ptr<const robot::Model> model;
+  const math::Pose X_WB;
+
+  // What is known at this tick.
+  double time = 0;           ///< s
+  bool trustworthy = false;  ///< What the robot measured is finite.
+  Eigen::VectorXd q, v;      ///< n: rad, rad/s
+  Eigen::VectorXd tau_external;
+  double opening = 0;                        ///< Between the fingers, m.
+  std::vector<control::MovingPose> objects;  ///< In the world.
+  math::Pose X_WH;                           ///< Written by the servo.
+  math::Vector6d V_WH = math::Vector6d::Zero();
+
+  // Where execution stands.
+  ExecutiveStatus status;
+  int step = 0;
+  int verb = 0;
+  bool recovering = false;
+  std::vector<planning::Verb> recovery;
+  int held = kNone;
+  double held_since = 0;
+  math::Pose X_HO_grasp;  ///< Of what is held, as it was grasped.
+  int released = kNone;   ///< In this step.
+  robot::GripperCommand gripper;
+  std::map<int, int> retries;  ///< By index of the action.
+  std::vector<Event> events;
+  std::vector<StepRecord> records;
+};
+
+/// "12.3 mm"; from a metre on "1.2 m".
+std::string Length(double metres);
+
+}  // namespace tether::execution

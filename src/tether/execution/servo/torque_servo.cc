@@ -1,0 +1,106 @@
+#include "tether/execution/servo/torque_servo.h"
+
+#include <algorithm>
+
+#include "tether/common/text.h"
+
+namespace tether::execution {
+namespace {
+
+// The pad of a hand that reaches to a support has this much less room than links have, m.
+constexpr double kBuffer = 0.001;
+
+}  // namespace
+
+std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
+                                                       const scene::Scene& scene) {
+  const bool has =
+      std::any_of(given.begin(), given.end(), [](const auto& spec) { return spec.kind == "clearance"; });
+  if (has) return given;
+  control::ConstraintSpec spec;
+  spec.kind = "clearance";
+  spec.of = {"links", "hand", "held"};
+  for (const scene::Object& object : scene.objects) spec.to.push_back(object.name);
+  if (!spec.to.empty()) given.push_back(std::move(spec));
+  return given;
+}
+
+TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
+                         std::shared_ptr<const robot::Model> model, const TorqueServoOptions& options)
+    : model_(std::move(model)),
+      scene_(scene, robot),
+      controller_(
+          Make({options.controller, TorqueConstraints(options.constraints, scene), options.max_force})),
+      limiter_(model_, {.period = options.controller.period}),
+      carried_(Eigen::VectorXd::Zero(model_->dof())) {
+  const size_t most = 6 * scene.objects.size() + 8;
+  allowed_.reserve(most);
+  allowed_bodies_.reserve(most * static_cast<size_t>(controller_.bodies().hand() + 1));
+}
+
+control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) {
+  const control::ArmBodies bodies(model_, scene_.solids());
+  BuiltConstraints built = BuildConstraints(options.constraints, scene_, bodies, model_->dof());
+  control::TorqueOptions controller = options.controller;
+  controller.joint_margin = std::max(controller.joint_margin, built.joint_margin);
+  controller.buffer = std::min(controller.buffer, kBuffer);
+  return {model_,    scene_.X_WBase(), scene_.solids(), std::move(built.clearances), std::move(built.fields),
+          controller};
+}
+
+void TorqueServo::Allow(const std::vector<Touch>& allowed) {
+  allowed_.assign(allowed.begin(), allowed.end());
+  allowed_bodies_.clear();
+  const control::ArmBodies& bodies = controller_.bodies();
+  for (const auto& [of, to] : allowed) {
+    if (of != kTouchingHand) {
+      allowed_bodies_.emplace_back(bodies.object(of), bodies.object(to));
+      continue;
+    }
+    // All that moves with the hand.
+    for (int body = 0; body <= bodies.hand(); ++body) {
+      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to));
+    }
+  }
+  controller_.Allow(allowed_bodies_);
+}
+
+const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
+  if (tick.held != held_) {
+    held_ = tick.held;
+    if (held_ >= 0) {
+      controller_.Hold(held_);
+    } else {
+      controller_.Release();
+    }
+  }
+  if (tick.allowed != allowed_) Allow(tick.allowed);
+  control::TorqueTask task;
+  task.hand = &tick.target;
+  task.posture = &tick.posture;
+  task.max_force = tick.max_force;
+  task.payload = tick.payload;
+  const Eigen::VectorXd& wanted =
+      controller_.Compute({tick.state, tick.opening, tick.objects, &tick.tau_external}, task);
+  carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
+  const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_);
+  controller_.SetLast(torque);
+  return torque;
+}
+
+std::string TorqueServo::NameOf(int body) const {
+  const control::ArmBodies& bodies = controller_.bodies();
+  if (body < 0) return "something that is not known";
+  return bodies.is_object(body) ? "'" + bodies.name(body) + "'" : "the arm's " + bodies.name(body);
+}
+
+std::string TorqueServo::DescribeContact() const {
+  const control::Contact& contact = controller_.contact();
+  if (!contact.began) return {};
+  const std::string what = contact.a < 0 ? "the hand" : NameOf(contact.a);
+  const char* why = contact.intended ? ", more than is allowed" : ", which no step intends";
+  return what + " presses on " + NameOf(contact.a < 0 ? -1 : contact.b) + " with about " +
+         Fixed(contact.force, 0) + " N" + why + "; the arm backs off";
+}
+
+}  // namespace tether::execution

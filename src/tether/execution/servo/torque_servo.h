@@ -1,0 +1,78 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/control/constraint_spec.h"
+#include "tether/control/torque/constrained_torque.h"
+#include "tether/control/torque/torque_limiter.h"
+#include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/robot/interface.h"
+#include "tether/scene/scene.h"
+
+namespace tether::execution {
+
+struct TorqueServoOptions {
+  control::TorqueOptions controller;
+  /// A scenario's. Without a `clearance` among them, links, hand and what is held keep clear of everything
+  /// that no step intends to touch.
+  std::vector<control::ConstraintSpec> constraints;
+  double max_force = 40;  ///< That the arm presses with, N.
+};
+
+/// The constraints that a torque run has: the scenario's, and where it has no `clearance`, that of links,
+/// hand and held object at 0 m from all objects of the scene.
+std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
+                                                       const scene::Scene& scene);
+
+/// Two that may touch: kTouchingHand, or an object of the scene.
+using Touch = std::pair<int, int>;
+inline constexpr int kTouchingHand = -1;
+
+/// What is measured, and what is to be done in a tick.
+struct TorqueServoTick {
+  const robot::State& state;
+  double opening = 0;                               ///< m
+  const std::vector<control::MovingPose>& objects;  ///< In the world, by their place in the scene.
+  const Eigen::VectorXd& tau_external;              ///< n, Nm
+  const control::HandTarget& target;
+  const Eigen::VectorXd& posture;     ///< n, rad
+  int held = -1;                      ///< Index of the object in the hand; −1: none.
+  const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
+  double payload = 0;                 ///< What is held weighs, N.
+  double max_force = 40;              ///< N
+};
+
+/// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
+/// a scene. Compute() allocates nothing.
+class TorqueServo {
+ public:
+  TorqueServo(const scene::Scene& scene, const std::string& robot, std::shared_ptr<const robot::Model> model,
+              const TorqueServoOptions& options);
+
+  const Eigen::VectorXd& Compute(const TorqueServoTick& tick);
+
+  const control::TorqueFlags& flags() const { return controller_.flags(); }
+  const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
+  const control::ConstrainedTorque& controller() const { return controller_; }
+  /// "the hand presses on 'bench' with 14 N", of the contact that began in this tick; else empty.
+  std::string DescribeContact() const;
+
+ private:
+  control::ConstrainedTorque Make(const TorqueServoOptions& options);
+  void Allow(const std::vector<Touch>& allowed);
+  std::string NameOf(int body) const;
+
+  std::shared_ptr<const robot::Model> model_;
+  ControlScene scene_;
+  control::ConstrainedTorque controller_;
+  control::TorqueLimiter limiter_;
+  std::vector<Touch> allowed_;
+  std::vector<std::pair<int, int>> allowed_bodies_;
+  int held_ = -1;
+  Eigen::VectorXd carried_;
+};
+
+}  // namespace tether::execution

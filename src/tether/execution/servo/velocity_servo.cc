@@ -1,0 +1,157 @@
+#include "tether/execution/servo/velocity_servo.h"
+
+#include <algorithm>
+
+#include "tether/common/text.h"
+
+namespace tether::execution {
+namespace {
+
+// What happens again within this time is one event, s.
+constexpr double kSameEvent = 1.0;
+
+}  // namespace
+
+void VelocityServoOptions::Check(Diagnostics* diagnostics) const {
+  controller.Validate();
+  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
+  check("acceleration", acceleration);
+  check("turn_speed", turn_speed);
+  check("foot_gap", foot_gap);
+}
+
+VelocityServo::VelocityServo(Situation& situation,
+                             const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                             const SequencerOptions& shared, const VelocityServoOptions& options)
+    : s_(situation),
+      shared_(shared),
+      options_(options),
+      models_(models),
+      control_scene_(s_.scene, s_.robot),
+      controller_(MakeController()),
+      watch_(shared_.watch()) {}
+
+control::ConstrainedVelocity VelocityServo::MakeController() const {
+  const control::ArmBodies bodies(s_.model, control_scene_.solids());
+  BuiltConstraints built = BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof());
+  control::VelocityOptions controller_options = options_.controller;
+  controller_options.joint_margin = std::max(controller_options.joint_margin, built.joint_margin);
+  controller_options.period = shared_.period;
+  return {s_.model,
+          control_scene_.X_WBase(),
+          control_scene_.solids(),
+          std::move(built.clearances),
+          std::move(built.fields),
+          controller_options};
+}
+
+void VelocityServo::FindHandPose() {
+  const control::ArmBodies& bodies = controller_.bodies();
+  s_.X_WH = control_scene_.X_WBase() * bodies.pose(bodies.hand()).X;
+}
+
+void VelocityServo::Sense() {
+  if (!s_.q.allFinite()) return;
+  if (!placed_) {
+    placed_ = true;
+    controller_.Compute({s_.q, s_.opening, s_.objects}, nullptr);
+    FindHandPose();
+  }
+  if (s_.held != kNone) WatchSupports();
+}
+
+void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_opening; }
+
+void VelocityServo::BeginStep() {
+  grasp_.reset();
+  path_.clear();
+  detours_ = 0;
+  BeginVerb();
+  UpdateAllowed();
+}
+
+void VelocityServo::BeginVerb() {
+  entered_ = false;
+  goal_.reset();
+  verb_fields_.clear();
+  controller_.SetExtraFields({});
+  clear_ = false;
+}
+
+void VelocityServo::Rest(bool first) {
+  if (first) {
+    along_ = kNone;
+  } else {
+    GoAlong(false);
+  }
+}
+
+void VelocityServo::HeldChanged() {
+  supports_.clear();
+  beneath_.clear();
+  if (s_.held == kNone) {
+    controller_.Release();
+    UpdateAllowed();
+    return;
+  }
+  controller_.Hold(s_.held);
+  FindSupports();
+  UpdateAllowed();
+  FindBeneath();
+}
+
+void VelocityServo::Stop() {
+  goal_.reset();
+  path_.clear();
+  if (s_.in_plan()) return;
+  BeginVerb();
+  UpdateAllowed();
+}
+
+void VelocityServo::WatchSafety() {
+  const control::VelocityFlags& flags = controller_.flags();
+  if (flags.fault && !faulty_)
+    s_.Record(EventKind::kSafety, s_.q.allFinite()
+                                      ? "no velocities were found that keep the constraints: the arm stops"
+                                      : "a joint's position is not a finite number: the arm stops");
+  faulty_ = flags.fault;
+  if (flags.worst < 0) return;
+  const std::string& name = controller_.constraint_name(flags.worst);
+  if (flags.escaping && !flags.relaxed) {
+    if (s_.time > escaping_until_) {
+      s_.Record(EventKind::kSafety, "'" + name + "' is violated by " + Fixed(flags.violation, 4) +
+                                        " (m or rad): the arm leaves it at no more than " +
+                                        Fixed(options_.controller.escape_speed, 2) + " per second");
+    }
+    escaping_until_ = s_.time + kSameEvent;
+  }
+  if (flags.relaxed) {
+    if (s_.time > relaxed_until_)
+      s_.Record(EventKind::kSafety, "constraints conflict: '" + name + "' is violated at " +
+                                        Fixed(flags.violation, 4) + " (m or rad) per second");
+    relaxed_until_ = s_.time + kSameEvent;
+  }
+}
+
+void VelocityServo::Prepare(robot::Commands* commands) const {
+  for (const scene::Robot& robot : s_.scene.robots) {
+    robot::Command& command = (*commands)[robot.name];
+    command.mode = robot::Command::Mode::kVelocity;
+    command.velocity = Eigen::VectorXd::Zero(models_.at(robot.name)->dof());
+    command.gripper.opening = models_.at(robot.name)->gripper().max_opening;
+  }
+}
+
+void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
+  const control::VelocityInput input{s_.q, s_.opening, s_.objects};
+  commands->find(s_.robot)->second.velocity = controller_.Compute(input, goal_ ? &*goal_ : nullptr);
+  if (!controller_.flags().fault) FindHandPose();
+  WatchSafety();
+}
+
+const std::vector<control::FieldConstraint>& VelocityServo::verb_fields() const {
+  // On a detour they don't hold.
+  return path_.empty() ? verb_fields_ : Servo::verb_fields();
+}
+
+}  // namespace tether::execution

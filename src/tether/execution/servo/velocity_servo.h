@@ -1,0 +1,138 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/execution/sequencer/sequencer_options.h"
+#include "tether/execution/servo/servo.h"
+#include "tether/execution/servo/situation.h"
+#include "tether/execution/servo/velocity_servo_options.h"
+
+namespace tether::execution {
+
+/// Moves the arm by joint velocities under constraints (paper B, section 3.2): nothing is planned between
+/// key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects and limits are
+/// kept at every tick, for the links and for what is held.
+///
+/// - Steps may have regions as targets: a reach then brings the control frame above the region, into it if it
+///   is solid, or a held object onto its plane, within the point-cone if the verb asks for one.
+/// - A plan without key poses will do: where a step needs a grasp and the plan has none, one from above is
+///   chosen.
+/// - Contact is exempt for the pairs under `allow`, for a held object against what it stood on until it is
+///   clear of that, and against what carries the region that it is brought to; and while it is above either,
+///   within its outline, against what lies beneath that.
+/// - A reach is done when its own constraints hold as well.
+/// - After a contact the hand moves along with what it touched until it is clear of that.
+/// - A verb without progress is reported with the constraints that stop it. Then a detour in joint space is
+///   planned, within one tick, for now, while the arm stands, and followed under the same constraints.
+class VelocityServo final : public Servo {
+ public:
+  VelocityServo(Situation& situation,
+                const std::map<std::string, std::shared_ptr<const robot::Model>>& models,
+                const SequencerOptions& shared, const VelocityServoOptions& options);
+
+  // velocity_servo.cc
+  void Prepare(robot::Commands* commands) const override;
+  void Sense() override;
+  void Begin() override;
+  void BeginStep() override;
+  void BeginVerb() override;
+  void Rest(bool first) override;
+  void HeldChanged() override;
+  void Stop() override;
+  void Command(const robot::Observations& observations, robot::Commands* commands) override;
+  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
+  const std::vector<control::FieldConstraint>& verb_fields() const override;
+
+  // velocity_reach.cc
+  Progress Reach(const planning::ReachVerb& reach) override;
+  Progress Shift(const planning::ShiftVerb& shift) override;
+  /// How far the hand can open here and keep its clearances, m.
+  double WidestOpening() override;
+
+  const control::ConstrainedVelocity& controller() const { return controller_; }
+
+ private:
+  // velocity_servo.cc
+  control::ConstrainedVelocity MakeController() const;
+  void FindHandPose();
+  void WatchSupports();
+  void WatchSafety();
+
+  // velocity_contact.cc: what may be touched.
+  void UpdateAllowed();
+  std::vector<std::string> NamesOf(const std::string& name) const;
+  std::vector<int> BodiesOf(const std::string& name) const;
+
+  void FindSupports();
+  void FindCarriers(const scene::Region& region, std::vector<int>& found) const;
+  void FindBeneath();
+  bool IsOver(int object, int carrier) const;
+  int ContactObject() const;
+  bool IsClearOf(int object) const;
+  void GoAlong(bool move);
+
+  // velocity_reach.cc
+  Progress EnterReach(const planning::ReachVerb& reach);
+  void EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region);
+  Progress EnterFrameReach(const planning::ReachVerb& reach);
+  /// Of the present step; nothing, with what is to be done then, if there is none.
+  std::optional<math::Pose> KeyPose(Progress* missing);
+  math::Pose Offset(const Eigen::Vector3d& offset, planning::In in, const math::Pose& X_TF,
+                    const math::Pose& X_WT) const;
+  math::Pose X_WTarget(const control::Frame& target) const;
+  double TopAbove(const scene::Region& region, const math::Pose& X_WR) const;
+  /// The lowest point of the held object along the region's axis, in the object's frame, and how far it
+  /// reaches across.
+  Eigen::Vector3d FootOf(int object, const Eigen::Vector3d& up_W, double* radius) const;
+
+  // velocity_progress.cc
+  Progress WatchProgress(double error);
+  Progress Stall();
+  void LeaveDetour();
+  std::string WhatHoldsUp() const;
+  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  std::string BeyondReach() const;
+  bool TryDetour(std::string& why);
+  /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
+  /// none is found.
+  std::vector<Eigen::VectorXd> FindDetour(std::string& why);
+
+  const planning::StepSchema& schema() const { return s_.current().schema; }
+
+  Situation& s_;
+  const SequencerOptions shared_;
+  const VelocityServoOptions options_;
+  const std::map<std::string, std::shared_ptr<const robot::Model>> models_;
+  ControlScene control_scene_;
+  control::ConstrainedVelocity controller_;
+  ProgressWatch watch_;
+
+  bool placed_ = false;   ///< The controller has seen the arm.
+  bool entered_ = false;  ///< The present motion.
+  std::optional<control::Goal> goal_;
+  std::optional<math::Pose> grasp_;  ///< Chosen for this step, where the plan has no key pose …
+  double grasp_width_ = 0;           ///< … with this between the fingers, m.
+  double speed_ = 0, tolerance_m_ = 0, tolerance_rad_ = 0;
+  std::vector<control::FieldConstraint> verb_fields_;  ///< The controller's, of the present verb.
+  std::vector<std::pair<std::string, std::string>> allowed_;
+  std::vector<std::pair<int, int>> allowed_bodies_;  ///< `allowed_`, by the controller's numbers.
+  std::vector<int> supports_;                        ///< What the held object stood on and still touches.
+  std::vector<int> carriers_, carriers_next_;        ///< What carries the region that this step is about.
+  std::vector<int> beneath_, beneath_next_;  ///< What lies under these, or under what carries the target.
+  math::Pose goal_pose_;               ///< Of the hand, of a shift, in the frame of `along_` or the base.
+  int along_ = kNone;                  ///< The object that the goal goes along with.
+  bool clear_ = false;                 ///< Of what was touched before this verb.
+  std::vector<Eigen::VectorXd> path_;  ///< A detour that is being followed; what is left of it.
+  size_t waypoint_ = 0;
+  int detours_ = 0;
+  double relaxed_until_ = -1, escaping_until_ = -1;
+  bool faulty_ = false;
+};
+
+}  // namespace tether::execution

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "tether/common/error.h"
+#include "tether/control/constrained_velocity.h"
+#include "tether/control/constraint_spec.h"
+
+namespace tether::execution {
+
+struct VelocityServoOptions {
+  control::VelocityOptions controller;
+  std::vector<control::ConstraintSpec> constraints;  ///< Those of the scenario.
+  double acceleration = 0.5;  ///< How fast a verb's speed rises, m/s²; turning in rad/s².
+  double turn_speed = 0.6;    ///< Of the hand, rad/s.
+  double foot_gap = 0.0015;   ///< Held objects are released this high above a region, m.
+
+  /// Reports every field that is not finite or not positive; throws InputError for the controller's.
+  void Check(Diagnostics* diagnostics) const;
+};
+
+}  // namespace tether::execution
