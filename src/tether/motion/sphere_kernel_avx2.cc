@@ -1,6 +1,7 @@
 #include "tether/motion/sphere_kernel.h"
 
-#if defined(__x86_64__) && defined(__GNUC__)
+// Clang has no such pragma: there the plain kernel serves.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 // From here on, so that nothing of the standard library is compiled for AVX2. Without FMA: it rounds
 // otherwise.
 #pragma GCC push_options
