@@ -113,6 +113,28 @@ TEST(PathCheckerTest, ThinPlatesAreNotSteppedOver) {
   EXPECT_FALSE(checker.IsFree(a, b));
 }
 
+// Beads that the arm only grazes between samples, by less than 2 mm.
+TEST(PathCheckerTest, BeadsThatAreGrazedBlock) {
+  Snapshot snapshot;
+  snapshot.model = Panda();
+  Random random(11);
+  robot::Kinematics kinematics(Panda());
+  int grazed = 0;
+  for (int trial = 0; trial < 700; ++trial) {
+    const VectorXd a = Panda()->home();
+    const VectorXd b = a + (RandomConfiguration(*Panda(), random) - a).normalized() * 0.6;
+    kinematics.Set(a + (b - a) * random.Uniform(0.2, 0.8));
+    snapshot.obstacles = {{"bead", geometry::Shape(geometry::Sphere{0.001}),
+                           math::Pose(kinematics.X_BH() * RandomPoint(random, -0.12, 0.12))}};
+    double least = 1e300;
+    for (int k = 0; k <= 60; ++k) least = std::min(least, SlowDistance(snapshot, a + (b - a) * (k / 60.0)));
+    if (least > 0 || least < -0.002) continue;
+    ++grazed;
+    EXPECT_FALSE(PathChecker(CollisionScene::Compile(snapshot)).IsFree(a, b)) << least;
+  }
+  EXPECT_GT(grazed, 5);
+}
+
 using Pairs = std::set<std::tuple<int, int, int>>;
 
 /// Single lanes and what was found in them.
