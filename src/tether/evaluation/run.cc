@@ -455,7 +455,9 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   for (const std::string& action : report.plan.actions) actions.Append(action);
   for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
     const execution::StepRecord& record = report.steps[i];
-    Value step = planning::WriteStep(report.plan.steps[i], false);
+    planning::PlanStep executed = report.plan.steps[i];
+    executed.X_TC = record.X_TC.value_or(executed.X_TC);
+    Value step = planning::WriteStep(executed, false);
     step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
     step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
     steps.Append(step);

@@ -145,6 +145,8 @@ class PlanParser {
         diagnostics_.Add(steps->where(), "'steps' is " + steps->KindName(), "a list of key poses");
       for (const Value& step : steps->items()) plan.steps.push_back(ParseStep(step, plan));
       if (diagnostics_.empty()) CompareSteps(plan, expected, *steps);
+      SetModes(&plan);
+      if (diagnostics_.empty()) CompareModes(plan, *steps);
     }
     return plan;
   }
@@ -214,6 +216,23 @@ class PlanParser {
     }
   }
 
+  /// What a file says of its steps beyond their verbs must agree with them; older files say nothing.
+  void CompareModes(const Plan& plan, const Value& list) {
+    for (size_t i = 0; i < plan.steps.size(); ++i) {
+      const PlanStep& step = plan.steps[i];
+      const Value& value = list.items()[i];
+      const auto compare = [&](const char* key, const std::string& wanted) {
+        const Value* given = value.Find(key);
+        if (given == nullptr || given->AsText() == wanted) return;
+        diagnostics_.Add(given->where(), "'" + std::string(key) + "' of step is '" + given->AsText() + "'",
+                         "'" + wanted + "', which is what the plan's verbs make it");
+      };
+      compare("mode", std::string(ToString(step.mode)));
+      compare("held", step.held);
+      compare("tool", step.tool);
+    }
+  }
+
   PlanStep ParseStep(const Value& value, const Plan& plan) {
     PlanStep step;
     ObjectReader reader(value, "step", diagnostics_);
@@ -236,6 +255,13 @@ class PlanParser {
       ReadPoseOf(reader, step);
     }
     step.face = reader.Text("face", "");
+    const std::string mode = reader.Text("mode", "free");
+    if (!FindStepMode(mode)) {
+      diagnostics_.Add(value.Find("mode")->where(), "'mode' of step is '" + mode + "'",
+                       SuggestFrom(mode, StepModeNames()));
+    }
+    reader.Text("held", "");
+    reader.Text("tool", "");
     if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
     if (const Value* force = reader.Optional("max_force"))
       step.max_force = ReadPositive(*force, "'max_force' of step (N)", diagnostics_);
@@ -324,7 +350,9 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));
-    value.Set("execute", verbs);
+    value.Set("execute", verbs).Set("mode", ToString(step.mode));
+    if (!step.held.empty()) value.Set("held", step.held);
+    if (step.mode == StepMode::kPush) value.Set("tool", step.tool);
   }
   return value;
 }
