@@ -4,6 +4,7 @@
 #include "apps/tether/commands.h"
 #include "apps/tether/terminal.h"
 #include "tether/bench/bench_control.h"
+#include "tether/bench/bench_motion.h"
 #include "tether/bench/bench_planning.h"
 #include "tether/bench/bench_task.h"
 #include "tether/bench/bench_tick.h"
@@ -185,6 +186,25 @@ int BenchTask(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
+/// Paths for an arm, on problems of MotionBenchMaker.
+int BenchMotion(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  bench::MotionBenchOptions options;
+  options.problems = arguments.problems;
+  if (!arguments.robot.empty()) options.robot = arguments.robot;
+  options.stop = arguments.stop;
+  if (options.problems.empty()) {
+    throw InputError("benchmark 'motion' needs problems",
+                     "--problems DIR, a folder of MotionBenchMaker's scenes and requests");
+  }
+  const bench::MotionBench bench = bench::BenchmarkMotion(options, [&](const bench::MotionMeasurement& row) {
+    if (!row.reason.empty()) terminal.Print(row.name + ": " + row.reason);
+  });
+  terminal.Print(bench::MotionBenchText(bench));
+  WriteResult(arguments, bench::WriteMotionBench(bench));
+  return bench.interrupted ? kExitInterrupted : bench.collisions() == 0 ? kExitSuccess : kExitFailed;
+}
+
 /// Options without effect are mistakes.
 void RequireNoPlanningOptions(const BenchArguments& arguments) {
   Diagnostics diagnostics;
@@ -205,6 +225,12 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
     diagnostics.Add({}, "--ticks has no effect on benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");
   }
+  if (arguments.name != "motion" && (!arguments.problems.empty() || !arguments.robot.empty())) {
+    diagnostics.Add({},
+                    std::string(arguments.problems.empty() ? "--robot" : "--problems") +
+                        " has no effect on benchmark '" + arguments.name + "'",
+                    "with benchmark 'motion'");
+  }
   diagnostics.ThrowIfAny();
 }
 
@@ -218,7 +244,9 @@ std::vector<std::pair<std::string, std::string>> BenchNames() {
        "signed distances: time, and error by their own witness points, on 10,000 pairs per pair of shapes"},
       {"control", "the velocity controller: its QP cold and warm, residuals, and whole ticks on both robots"},
       {"task",
-       "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"}};
+       "the task search on paper B's eq. (21), on regions cut into poses, and as tasks and scenes grow"},
+      {"motion",
+       "collision-free paths of an arm on MotionBenchMaker's problems: times, and checks per second"}};
 }
 
 int BenchCommand(const BenchArguments& arguments) {
@@ -227,13 +255,14 @@ int BenchCommand(const BenchArguments& arguments) {
   outputs.Require(arguments.scenarios);
   if (arguments.name == "planning") return BenchPlanning(arguments);
   if (arguments.name == "table1" || arguments.name == "geometry" || arguments.name == "control" ||
-      arguments.name == "task") {
+      arguments.name == "task" || arguments.name == "motion") {
     RequireNoPlanningOptions(arguments);
   }
   if (arguments.name == "table1") return BenchTable1(arguments);
   if (arguments.name == "geometry") return BenchGeometry(arguments);
   if (arguments.name == "control") return BenchControl(arguments);
   if (arguments.name == "task") return BenchTask(arguments);
+  if (arguments.name == "motion") return BenchMotion(arguments);
   std::vector<std::string> names;
   for (const auto& [name, text] : BenchNames()) names.push_back(name);
   throw InputError("unknown benchmark '" + arguments.name + "'", SuggestFrom(arguments.name, names));

@@ -40,6 +40,9 @@ TEST(CliTest, WrongUseIsExitCode2) {
     EXPECT_FALSE(outcome.err.empty()) << arguments;
   }
   EXPECT_THAT(Tether("bench tabel1").err, HasSubstr("unknown benchmark 'tabel1' (did you mean 'table1'?"));
+  EXPECT_THAT(Tether("bench motion").err, HasSubstr("benchmark 'motion' needs problems (--problems DIR"));
+  EXPECT_THAT(Tether("bench geometry --problems x").err,
+              HasSubstr("--problems has no effect on benchmark 'geometry'"));
 }
 
 TEST(CliTest, BadInputIsExitCode2WithOneLinePerMistake) {

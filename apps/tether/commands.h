@@ -50,7 +50,9 @@ struct BenchArguments {
   std::optional<int> repetitions;
   bool no_robot = false;
   std::optional<int> ticks;  ///< For benchmark `control`.
-  std::string program;       ///< Path of the program itself.
+  std::string problems;      ///< For benchmark `motion`, as `robot`.
+  std::string robot;
+  std::string program;  ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;
 };
 

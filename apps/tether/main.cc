@@ -211,12 +211,20 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
   command->add_flag("--no-robot", arguments.no_robot, "planning: without the arm's reach");
   command->add_option("--ticks", arguments.ticks, "control: ticks per robot and form of region (20,000)")
       ->type_name("N");
+  command
+      ->add_option(
+          "--problems", arguments.problems,
+          "motion: a folder with sceneN.yaml and requestN.yaml of MotionBenchMaker, or folders of such")
+      ->type_name("DIR");
+  command->add_option("--robot", arguments.robot, "motion: a robot's name or file (panda_flange)")
+      ->type_name("NAME");
   command->footer(names + R"(
 Examples:
   tether bench planning
   tether bench planning --solver native --repetitions 200 --scenario scenarios/hanoi.yaml --json -
   tether bench table1
-  tether bench geometry --json geometry.json)");
+  tether bench geometry --json geometry.json
+  tether bench motion --problems problems --json motion.json)");
   command->callback([&] {
     run = [&] {
       arguments.stop = &StopRequested();

@@ -38,6 +38,10 @@ void PollLimits() {
   if (scope_limits != nullptr && ++scope_ticks % 64 == 0) scope_limits->Poll();
 }
 
+void PollLimitsNow() {
+  if (scope_limits != nullptr) scope_limits->Poll();
+}
+
 std::string_view Describe(Limit limit) {
   switch (limit) {
     case Limit::kTime:

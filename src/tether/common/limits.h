@@ -90,6 +90,8 @@ class LimitsScope {
 /// Polls the limits of this thread's scope, if there is one, every 64th time that it is called. Throws
 /// LimitReached.
 void PollLimits();
+/// The same at every call: for loops whose turns take longer than a poll.
+void PollLimitsNow();
 
 /// The default of --memory-limit, in bytes.
 constexpr size_t kDefaultMemoryLimit = size_t{2} << 30;

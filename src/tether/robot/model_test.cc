@@ -75,6 +75,21 @@ TEST(ModelTest, AtHomeTheHandPointsDownAndClosesAlongTheBasesY) {
   EXPECT_NEAR(std::abs(state.X_BH().R(1, 1)), 1, 1e-6);
 }
 
+// Real Pandas, and problems made for them, turn the hand by −45° about the flange.
+TEST(ModelTest, TheManufacturersMountTurnsTheHand) {
+  const std::shared_ptr<const Model> flange = Model::Load("panda_flange");
+  Random random(5);
+  for (int i = 0; i < 10; ++i) {
+    Eigen::VectorXd q = RandomConfiguration(*Panda(), &random);
+    State straight(Panda()), turned(flange);
+    straight.Set(q, Eigen::VectorXd::Zero(7));
+    q[6] += M_PI / 4;
+    turned.Set(q, Eigen::VectorXd::Zero(7));
+    EXPECT_LT((straight.X_BH().p - turned.X_BH().p).norm(), 1e-12);
+    EXPECT_LT(math::AngleBetween(straight.X_BH().R, turned.X_BH().R), 1e-7);
+  }
+}
+
 TEST(ModelTest, TheJacobianIsTheDerivative) {
   Random random(2);
   State state(Panda());

@@ -209,6 +209,8 @@ std::vector<Event> ParseEvents(const Value& value, const EventNames& names, Diag
 std::vector<Event> ReadEvents(const std::string& path, const EventNames& names) {
   const Value document = ReadYaml(path);
   Diagnostics diagnostics;
+  if (document.is_null())
+    diagnostics.Add(document.where(), "there is nothing in this file", "a list of events");
   std::vector<Event> events = ParseEvents(document, names, diagnostics);
   diagnostics.ThrowIfAny();
   return events;

@@ -1,4 +1,4 @@
-// Finds about wrong results of planning (docs/finds.md): a scene of its kind for each find, and siblings.
+// Long: finds about wrong results of planning (docs/finds.md), a scene of its kind for each, and siblings.
 #include <cmath>
 #include <map>
 #include <string>

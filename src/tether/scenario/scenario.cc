@@ -140,6 +140,13 @@ class ScenarioParser {
                        "constraint '" + spec.kind + "' names '" + frame + "', which is not in the scene",
                        SuggestFrom(frame, known));
     }
+    std::vector<std::string> frames = parameters.AllFrames();
+    std::sort(frames.begin(), frames.end());
+    const auto twice = std::adjacent_find(frames.begin(), frames.end());
+    if (twice != frames.end() && !twice->empty()) {
+      diagnostics_.Add(spec.where, "constraint '" + spec.kind + "' names '" + *twice + "' twice",
+                       "different frames");
+    }
   }
 
   /// Where this text stands in `value`, at any depth; else `fallback`.
@@ -237,13 +244,11 @@ class ScenarioParser {
         execution.rate = kFastestRate;
       }
     }
-    const bool velocity = execution.controller == "constrained_velocity";
     for (const auto& [key, number] :
          {std::pair{"gain", &execution.gain}, std::pair{"damping", &execution.damping}}) {
       const Value* given = reader.Optional(key);
       if (given == nullptr) continue;
-      *number = velocity ? ReadPositive(*given, std::string("'") + key + "' of 'execution'", diagnostics_)
-                         : ReadBound(reader, key, 1, "zero or more");
+      *number = ReadPositive(*given, std::string("'") + key + "' of 'execution'", diagnostics_);
     }
     if (const Value* timeout = reader.Optional("timeout")) {
       execution.timeout_s =

@@ -339,6 +339,11 @@ TEST_F(ScenarioTest, FramesOfConstraintsAreInTheScene) {
       "accepted: hand, moved, world, panda, shelf or cup)\n"
       "s.yaml:10:30: constraint 'inside' names 'shelv', which is not in the scene (did you mean 'shelf'? "
       "accepted: hand, moved, world, panda, shelf or cup)");
+  EXPECT_EQ(ErrorOf(kSmall + "constraints:\n- inside: {frame: cup, of: cup}\n"),
+            "s.yaml:9:3: constraint 'inside' names 'cup' twice (different frames)");
+  for (const char* key : {"gain", "damping"}) {
+    EXPECT_THAT(ErrorOf(kSmall + "execution: {" + key + ": 0}\n"), HasSubstr(std::string("s.yaml:8:")));
+  }
   // A tag without a value, too, is an empty text.
   for (const char* empty : {"''", "!!shelf"}) {
     EXPECT_EQ(ErrorOf(kSmall + "constraints:\n- inside: {frame: moved, of: " + empty + "}\n"),

@@ -48,7 +48,7 @@ std::string WrongWidth(double opening, const geometry::Shape& shape, const math:
   if (width && std::abs(opening - *width) <= tolerance) return "";
   char text[80];
   if (width) {
-    FormatInto(text, sizeof text, "something %.1f mm wide, not %.1f", 1e3 * opening, 1e3 * *width);
+    FormatInto(text, sizeof text, "something %.1f mm wide (not %.1f mm)", 1e3 * opening, 1e3 * *width);
   } else {
     FormatInto(text, sizeof text, "something else, %.1f mm wide", 1e3 * opening);
   }

@@ -38,8 +38,8 @@ TEST(GraspWidth, TheWidthHeldMustBeTheObjects) {
   EXPECT_EQ(WrongWidth(0.0498, box, Pose(), Fingers(), 0.002), "");
   EXPECT_EQ(WrongWidth(0.053, box, Pose(), Fingers(), 0.002), "");
   EXPECT_EQ(WrongWidth(0.001, box, Pose(), Fingers(), 0.002), "nothing");
-  EXPECT_EQ(WrongWidth(0.02, box, Pose(), Fingers(), 0.002), "something 20.0 mm wide, not 50.0");
-  EXPECT_EQ(WrongWidth(0.06, box, Pose(), Fingers(), 0.002), "something 60.0 mm wide, not 50.0");
+  EXPECT_EQ(WrongWidth(0.02, box, Pose(), Fingers(), 0.002), "something 20.0 mm wide (not 50.0 mm)");
+  EXPECT_EQ(WrongWidth(0.06, box, Pose(), Fingers(), 0.002), "something 60.0 mm wide (not 50.0 mm)");
   EXPECT_EQ(WrongWidth(0.03, box, Pose(Vector3d(0.1, 0, 0)), Fingers(), 0.002),
             "something else, 30.0 mm wide");
   robot::Gripper hinged = Fingers();

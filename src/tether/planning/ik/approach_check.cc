@@ -76,6 +76,7 @@ class ApproachChecker {
       if (Follows(other) && other.distance >= 0 && Follow(*blocked, 1, 0, other).empty()) {
         robot::PostureProblem there = whole;
         there.rest = other.q;
+        PollLimitsNow();
         search_.solver().Solve(there, other);
         if (other.reaches() && other.distance >= kLeastLinkClearance)
           other_found = FollowAll(stretches, other);
@@ -209,6 +210,7 @@ class ApproachChecker {
     robot::PostureProblem& problem = search_.problem();
     problem.X_BH = math::Between(facts_.problem().robot.X_WBase, X_WH);
     problem.rest = rest;
+    PollLimitsNow();
     search_.solver().Solve(problem, posture, kIterations);
     if (posture.obstacle >= 0) posture.obstacle = kept_[static_cast<size_t>(posture.obstacle)];
   }

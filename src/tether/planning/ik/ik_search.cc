@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/limits.h"
 #include "tether/common/random.h"
 #include "tether/common/text.h"
 
@@ -99,6 +100,7 @@ IkSolution IkSearch::FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd*
   const auto attempt = [&](const Eigen::VectorXd& q) {
     robot::Posture posture;
     posture.q = q;
+    PollLimitsNow();
     solver_.Solve(problem_, posture);
     if (better(posture)) best = posture;
     any = true;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "tether/common/limits.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 
@@ -95,6 +96,7 @@ bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, s
                            std::map<std::string, Pose>& X_W) const {
   const geometry::Shape& support = *facts_.ShapeOf(group.support);
   for (const Placing& placing : group.placings) {
+    PollLimitsNow();
     const Pose X_WS = PoseOf(group.support, placing.step, X_W);
     const Pose X_WGuess = guess_.tree.PoseAt(placing.object, placing.step, guess_.guess.poses);
     const geometry::Aabb box = geometry::BoundingBox(*facts_.ShapeOf(placing.object), X_WGuess);

@@ -1,0 +1,213 @@
+#include "tether/motion/path_search.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "tether/common/random.h"
+#include "tether/motion/path_shortening.h"
+
+namespace tether::motion {
+namespace {
+
+using Eigen::VectorXd;
+
+// A tree grows by at most this at once, rad.
+constexpr double kRange = 1.5;
+// Dynamic domains: a node next to something is extended only towards samples within a radius, which shrinks
+// and grows by these factors.
+constexpr double kFirstRadius = 4.0, kLeastRadius = 1.0, kRadiusFactor = 1e-4;
+
+/// A tree of configurations, each joined to its parent by a straight line that is free.
+class Tree {
+ public:
+  explicit Tree(Eigen::Index dof) : dof_(static_cast<size_t>(dof)) {}
+
+  int Add(const VectorXd& q, int parent, int root) {
+    q_.insert(q_.end(), q.data(), q.data() + q.size());
+    nodes_.push_back({parent, root, std::numeric_limits<double>::infinity()});
+    return size() - 1;
+  }
+  int size() const { return static_cast<int>(nodes_.size()); }
+  int root(int node) const { return nodes_[static_cast<size_t>(node)].root; }
+  double& radius(int node) { return nodes_[static_cast<size_t>(node)].radius; }
+  VectorXd q(int node) const {
+    return Eigen::Map<const VectorXd>(q_.data() + static_cast<size_t>(node) * dof_,
+                                      static_cast<Eigen::Index>(dof_));
+  }
+  int Nearest(const VectorXd& q, double* distance) const {
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    const double* at = q_.data();
+    for (int i = 0; i < size(); ++i, at += dof_) {
+      double squared = 0;
+      for (size_t j = 0; j < dof_; ++j) squared += (at[j] - q.data()[j]) * (at[j] - q.data()[j]);
+      if (squared >= least) continue;
+      least = squared;
+      nearest = i;
+    }
+    *distance = std::sqrt(least);
+    return nearest;
+  }
+  /// From a node to its root, both included.
+  std::vector<VectorXd> ToRoot(int node) const {
+    std::vector<VectorXd> path;
+    for (; node >= 0; node = nodes_[static_cast<size_t>(node)].parent) path.push_back(q(node));
+    return path;
+  }
+
+ private:
+  struct Node {
+    int parent = -1, root = 0;
+    double radius = 0;
+  };
+  size_t dof_;
+  std::vector<double> q_;  // one after the other
+  std::vector<Node> nodes_;
+};
+
+class Search {
+ public:
+  Search(const PathProblem& problem, const std::vector<int>& free_goals, PathChecker& checker)
+      : problem_(problem),
+        checker_(checker),
+        random_(problem.seed),
+        from_start_(problem.start.size()),
+        from_goals_(problem.start.size()) {
+    from_start_.Add(problem.start, -1, 0);
+    for (const int goal : free_goals) from_goals_.Add(problem.goals[static_cast<size_t>(goal)], -1, goal);
+    // The start may lie outside.
+    lower_ = problem.lower.cwiseMin(problem.start);
+    upper_ = problem.upper.cwiseMax(problem.start);
+  }
+
+  bool Run(Path& path) {
+    if (TryStraight(path)) return true;
+    bool found = false;
+    while (!found && checker_.checks() < problem_.max_checks) found = Grow(path);
+    path.nodes = from_start_.size() + from_goals_.size();
+    return found;
+  }
+
+ private:
+  /// The nearest goal along a straight line.
+  bool TryStraight(Path& path) {
+    std::vector<std::pair<double, int>> goals;
+    for (int i = 0; i < from_goals_.size(); ++i)
+      goals.emplace_back((from_goals_.q(i) - problem_.start).norm(), i);
+    std::sort(goals.begin(), goals.end());
+    for (const auto& [distance, node] : goals) {
+      const VectorXd goal = from_goals_.q(node);
+      if (!checker_.IsFree(problem_.start, goal)) continue;
+      path.q = {problem_.start, goal};
+      path.goal = from_goals_.root(node);
+      return true;
+    }
+    return false;
+  }
+
+  VectorXd Sample() {
+    VectorXd q(lower_.size());
+    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_.Uniform(lower_[i], upper_[i]);
+    return q;
+  }
+
+  /// One sample: the smaller tree grows towards it, then the other towards what was reached.
+  bool Grow(Path& path) {
+    const bool start_grows = from_start_.size() <= from_goals_.size();
+    Tree& tree = start_grows ? from_start_ : from_goals_;
+    Tree& other = start_grows ? from_goals_ : from_start_;
+    const VectorXd sample = Sample();
+    double distance = 0;
+    const int nearest = tree.Nearest(sample, &distance);
+    double& radius = tree.radius(nearest);
+    if (distance > radius || distance == 0) return false;
+    const VectorXd near = tree.q(nearest);
+    const VectorXd next =
+        distance <= kRange ? sample : VectorXd(near + (sample - near) * (kRange / distance));
+    if (!checker_.IsFree(near, next)) {
+      radius = std::isinf(radius) ? kFirstRadius : std::max(radius * (1 - kRadiusFactor), kLeastRadius);
+      return false;
+    }
+    if (!std::isinf(radius)) radius *= 1 + kRadiusFactor;
+    const int added = tree.Add(next, nearest, tree.root(nearest));
+    const int met = Connect(other, next);
+    if (met < 0) return false;
+    path.q = start_grows ? Join(added, met) : Join(met, added);
+    path.goal = from_goals_.root(start_grows ? met : added);
+    return true;
+  }
+
+  /// Grows the tree step by step as far as q; the node there, or −1.
+  int Connect(Tree& tree, const VectorXd& q) {
+    double distance = 0;
+    int node = tree.Nearest(q, &distance);
+    const int steps = std::max(1, static_cast<int>(std::ceil(distance / kRange)));
+    const VectorXd from = tree.q(node);
+    VectorXd last = from;
+    for (int i = 1; i <= steps; ++i) {
+      const VectorXd next = i == steps ? q : VectorXd(from + (q - from) * (static_cast<double>(i) / steps));
+      if (!checker_.IsFree(last, next)) return -1;
+      node = tree.Add(next, node, tree.root(node));
+      last = next;
+    }
+    return node;
+  }
+
+  std::vector<VectorXd> Join(int in_start_tree, int in_goal_tree) const {
+    std::vector<VectorXd> path = from_start_.ToRoot(in_start_tree);
+    std::reverse(path.begin(), path.end());
+    const std::vector<VectorXd> rest = from_goals_.ToRoot(in_goal_tree);
+    path.insert(path.end(), rest.begin() + 1, rest.end());
+    return path;
+  }
+
+  const PathProblem& problem_;
+  PathChecker& checker_;
+  Random random_;
+  Tree from_start_, from_goals_;
+  VectorXd lower_, upper_;
+};
+
+}  // namespace
+
+Path FindPath(const PathProblem& problem) {
+  assert(!problem.goals.empty() && problem.scene != nullptr);
+  Path path;
+  PathChecker checker(problem.scene, problem.lanes);
+  const auto finish = [&](PathStatus status, std::string reason) {
+    path.status = status;
+    path.reason = std::move(reason);
+    path.checks = checker.checks();
+    path.exact_checks = checker.exact_checks();
+    return path;
+  };
+  const auto touch = [&](const VectorXd& q) {
+    const std::optional<Touch> found = problem.scene->FindTouch(q);
+    return found ? found->Text() : std::string("something is too near");
+  };
+  if (!checker.IsFree(problem.start))
+    return finish(PathStatus::kStartNotFree, "at the start, " + touch(problem.start));
+  std::vector<int> free_goals;
+  for (size_t i = 0; i < problem.goals.size(); ++i) {
+    if (checker.IsFree(problem.goals[i])) free_goals.push_back(static_cast<int>(i));
+  }
+  if (free_goals.empty())
+    return finish(PathStatus::kNoFreeGoal, "at the goal, " + touch(problem.goals.front()));
+  if (!Search(problem, free_goals, checker).Run(path))
+    return finish(PathStatus::kGaveUp,
+                  "no path was found with " + std::to_string(problem.max_checks) + " configurations");
+  ShortenPath(problem, checker, path.q);
+  SmoothPath(problem.smoothing, checker, path.q);
+  return finish(PathStatus::kFound, "");
+}
+
+double PathLength(const std::vector<VectorXd>& path) {
+  double length = 0;
+  for (size_t i = 0; i + 1 < path.size(); ++i) length += (path[i + 1] - path[i]).norm();
+  return length;
+}
+
+}  // namespace tether::motion
