@@ -28,10 +28,8 @@ using Clock = std::chrono::steady_clock;
 
 // Between samples of the log, s.
 constexpr double kLogPeriod = 0.05;
-// Distances above this are not measured, m.
-constexpr double kFarAway = 0.9;
-// Of torque runs, which have a tick each millisecond, distances above this are not measured, m.
-constexpr double kNear = 0.2;
+// Distances above this are not measured, m; of torque runs, which have a tick each millisecond, above kNear.
+constexpr double kFarAway = 0.9, kNear = 0.2;
 
 /// One run: world, executive and everything around their loop.
 class Run {

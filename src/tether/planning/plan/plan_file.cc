@@ -146,7 +146,6 @@ class PlanParser {
       for (const Value& step : steps->items()) plan.steps.push_back(ParseStep(step, plan));
       if (diagnostics_.empty()) CompareSteps(plan, expected, *steps);
       SetModes(&plan);
-      if (diagnostics_.empty()) CompareModes(plan, *steps);
     }
     return plan;
   }
@@ -213,23 +212,6 @@ class PlanParser {
     if (plan.steps.size() != expected.size()) {
       diagnostics_.Add(list.where(), "the plan has " + std::to_string(plan.steps.size()) + " key poses",
                        "its actions require " + std::to_string(expected.size()));
-    }
-  }
-
-  /// What a file says of its steps beyond their verbs must agree with them; older files say nothing.
-  void CompareModes(const Plan& plan, const Value& list) {
-    for (size_t i = 0; i < plan.steps.size(); ++i) {
-      const PlanStep& step = plan.steps[i];
-      const Value& value = list.items()[i];
-      const auto compare = [&](const char* key, const std::string& wanted) {
-        const Value* given = value.Find(key);
-        if (given == nullptr || given->AsText() == wanted) return;
-        diagnostics_.Add(given->where(), "'" + std::string(key) + "' of step is '" + given->AsText() + "'",
-                         "'" + wanted + "', which is what the plan's verbs make it");
-      };
-      compare("mode", std::string(ToString(step.mode)));
-      compare("held", step.held);
-      compare("tool", step.tool);
     }
   }
 
