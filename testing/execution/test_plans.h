@@ -73,7 +73,11 @@ class PlanBuilder {
   PlanBuilder& Push(const std::string& a, const std::string& b, const std::string& c, const math::Pose& X_BA,
                     const math::Pose& X_CB);
   PlanBuilder& Home(const math::Pose& X_WH);
-  planning::Plan Build() const { return plan_; }
+  planning::Plan Build() const {
+    planning::Plan plan = plan_;
+    planning::SetModes(&plan);
+    return plan;
+  }
 
  private:
   planning::PlanStep& Add(const std::string& action, bool starts_action);

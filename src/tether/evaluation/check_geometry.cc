@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -107,7 +108,7 @@ class GeometryCheck {
       const scene::Object& object = scene_.objects[i];
       if (!object.movable() || IsCarried(i)) continue;
       const scene::Object* below = nullptr;
-      double gap = 1e300;
+      double gap = std::numeric_limits<double>::infinity();
       for (const size_t j : boxes_.Meeting(Below(i))) {
         if (j == i) continue;
         const scene::Resting resting = Between(object, scene_.objects[j]);

@@ -28,10 +28,8 @@ using Clock = std::chrono::steady_clock;
 
 // Between samples of the log, s.
 constexpr double kLogPeriod = 0.05;
-// Distances above this are not measured, m.
-constexpr double kFarAway = 0.9;
-// Of torque runs, which have a tick each millisecond, distances above this are not measured, m.
-constexpr double kNear = 0.2;
+// Distances above this are not measured, m; of torque runs, which have a tick each millisecond, above kNear.
+constexpr double kFarAway = 0.9, kNear = 0.2;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -455,7 +453,9 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   for (const std::string& action : report.plan.actions) actions.Append(action);
   for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
     const execution::StepRecord& record = report.steps[i];
-    Value step = planning::WriteStep(report.plan.steps[i], false);
+    planning::PlanStep executed = report.plan.steps[i];
+    executed.X_TC = record.X_TC.value_or(executed.X_TC);
+    Value step = planning::WriteStep(executed, false);
     step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
     step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
     steps.Append(step);

@@ -8,6 +8,7 @@
 
 #include "tether/geometry/shape.h"
 #include "tether/math/pose.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::robot {
 
@@ -112,9 +113,9 @@ class Model {
 class State {
  public:
   /// Set to `home`, at rest. `gravity_B` is the gravity acceleration in the base frame, m/s²: for a base that
-  /// is mounted tilted, R_WBᵀ (0, 0, −9.81).
+  /// is mounted tilted, R_WBᵀ (0, 0, −kGravity).
   explicit State(std::shared_ptr<const Model> model,
-                 const Eigen::Vector3d& gravity_B = Eigen::Vector3d(0, 0, -9.81));
+                 const Eigen::Vector3d& gravity_B = Eigen::Vector3d(0, 0, -kGravity));
   ~State();
   State(State&&) noexcept;
   State& operator=(State&&) noexcept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -53,8 +54,8 @@ Outline OutlineOf(const RegionForm& form) {
             [](const geometry::Hull& hull) {
               std::vector<Vector2d> points;
               Outline outline;
-              outline.lower = 1e300;
-              outline.upper = -1e300;
+              outline.lower = std::numeric_limits<double>::infinity();
+              outline.upper = -outline.lower;
               for (const Vector3d& vertex : hull.polytope->vertices) {
                 points.push_back(vertex.head<2>());
                 outline.lower = std::min(outline.lower, vertex.z());

@@ -10,6 +10,7 @@
 #include "tether/common/error.h"
 #include "tether/common/text.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/robot/gravity.h"
 #include "tether/sim/rolling.h"
 
 namespace tether::sim {
@@ -259,7 +260,7 @@ class RobotMerger {
 // the default ones held objects creep out of the gripper.
 constexpr const char* kFrame = R"(<mujoco model="tether">
   <compiler angle="radian" autolimits="true"/>
-  <option cone="elliptic" jacobian="sparse" impratio="100" solver="Newton" iterations="100" tolerance="1e-9" gravity="0 0 -9.81"/>
+  <option cone="elliptic" jacobian="sparse" impratio="100" solver="Newton" iterations="100" tolerance="1e-9"/>
   <statistic meaninertia="0.1"/>
   <size/>
   <visual>
@@ -290,6 +291,7 @@ std::string ComposeMjcf(const scene::Scene& scene, const Composition& compositio
   document.Parse(kFrame);
   XMLElement* root = document.RootElement();
   root->FirstChildElement("option")->SetAttribute("timestep", Text({composition.timestep}).c_str());
+  root->FirstChildElement("option")->SetAttribute("gravity", Text({0, 0, -robot::kGravity}).c_str());
   const bool roll = std::any_of(scene.objects.begin(), scene.objects.end(), [](const scene::Object& object) {
     return object.movable() && Rolls(object.shape);
   });

@@ -9,6 +9,7 @@
 #include "tether/constraints/grasps/opposite_sides.h"
 #include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/polygon/polygon.h"
+#include "tether/robot/gravity.h"
 #include "tether/scene/friction.h"
 
 namespace tether::constraints {
@@ -27,7 +28,6 @@ constexpr double kDefaultPadHalfWidth = 0.01;
 constexpr double kLowSlack = 0.002;
 // The reserve for accelerations of lifting and carrying, over what gravity needs.
 constexpr double kWeightReserve = 1.25;
-constexpr double kGravity = 9.81;
 
 std::string Text(const char* format, auto... arguments) {
   char text[240];
@@ -127,7 +127,7 @@ Fingers FingersOf(const robot::Model* robot) {
 
 double HeldMass(const Fingers& fingers, double force, double friction) {
   return 2 * scene::PairFriction(fingers.pad_friction, friction) * std::min(force, fingers.max_force) /
-         (kWeightReserve * kGravity);
+         (kWeightReserve * robot::kGravity);
 }
 
 void GraspFlaws::TooWide(double width, double least, const Fingers& fingers) {

@@ -74,6 +74,12 @@ class ActionResolver {
 
   ResolvedPlan Resolve() {
     for (size_t i = 0; i < resolved_.plan.actions.size(); ++i) ResolveAction(static_cast<int>(i));
+    planning::SetModes(&resolved_.plan);
+    for (size_t i = 0; i < resolved_.steps.size(); ++i) {
+      planning::PlanStep& step = resolved_.plan.steps[i];
+      if (resolved_.steps[i].schema.target_is_region) step.mode = planning::StepMode::kRegion;
+      resolved_.steps[i].grasp_step = step.grasp_step;
+    }
     if (diagnostics_.empty()) CheckReach();
     diagnostics_.ThrowIfAny();
     return std::move(resolved_);

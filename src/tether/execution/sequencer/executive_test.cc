@@ -85,6 +85,7 @@ TEST(Executive, RefusesWhatItCannotExecute) {
   plan = PickAndPlace();
   plan.steps[1].control = "other";
   plan.steps[1].target = "table";
+  planning::SetModes(&plan);
   EXPECT_THAT(ErrorOf(plan), HasSubstr("'other' is not held, and no step before brings 'box' to it"));
 
   plan = PickAndPlace();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,8 +28,9 @@ struct StepRecord {
   double start = 0;  ///< s, of the last attempt
   double end = 0;    ///< s
   int attempts = 0;
-  double position_error = 0;  ///< Of the control frame at the end of its last reach, m.
-  double rotation_error = 0;  ///< rad
+  double position_error = 0;            ///< Of the control frame at the end of its last reach, m.
+  double rotation_error = 0;            ///< rad
+  std::optional<math::Pose> X_TC = {};  ///< Chosen as it ran: the plan has no key pose here.
 };
 
 /// An executive: runs a plan tick by tick, by torques (Executive) or by velocities (VelocityExecutive).

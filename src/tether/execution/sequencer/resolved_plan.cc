@@ -83,8 +83,6 @@ std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::str
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
   Diagnostics diagnostics;
   ResolvedPlan resolved;
-  int held = kNone;
-  int grasp_step = kNone;
   for (size_t i = 0; i < plan.steps.size(); ++i) {
     planning::PlanStep& step = plan.steps[i];
     ResolvedStep r;
@@ -106,23 +104,15 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
     }
     const bool same_action = i > 0 && plan.steps[i - 1].action_index == step.action_index;
     r.action_start = same_action ? resolved.steps.back().action_start : static_cast<int>(i);
-    r.grasp_step = grasp_step;
-    r.tool = r.control;
-    if (r.control != held && r.control != kNone) {
-      r.push = true;
-      r.tool = held;
-      const std::string tool = held == kNone ? "hand" : scene.objects[held].name;
-      bool found = false;
-      for (size_t j = i; j-- > 0 && !found;) {
-        if (plan.steps[j].control != tool || plan.steps[j].target != step.control) continue;
-        found = true;
-        r.X_CTool = plan.steps[j].X_TC;
-      }
-      if (!found) {
-        diagnostics.Add(
-            {}, where + "'" + step.control + "' is not held, and no step before brings '" + tool + "' to it",
-            "a step with control '" + tool + "' and target '" + step.control + "'");
-      }
+    r.grasp_step = step.grasp_step;
+    r.tool = FindObject(scene, step.tool);
+    r.push = step.mode == planning::StepMode::kPush;
+    if (step.X_CTool) r.X_CTool = *step.X_CTool;
+    if (r.push && !step.X_CTool) {
+      diagnostics.Add(
+          {},
+          where + "'" + step.control + "' is not held, and no step before brings '" + step.tool + "' to it",
+          "a step with control '" + step.tool + "' and target '" + step.control + "'");
     }
     bool reached = false;
     for (size_t k = 0; k < step.execute.size(); ++k) {
@@ -135,13 +125,9 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
       r.close_on.push_back(kNone);
       const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
       if (gripper == nullptr) continue;
-      held = kNone;
-      grasp_step = kNone;
       if (gripper->close_on.empty()) continue;
-      held = FindObject(scene, gripper->close_on);
-      grasp_step = static_cast<int>(i);
-      r.close_on.back() = held;
-      if (held == kNone) {
+      r.close_on.back() = FindObject(scene, gripper->close_on);
+      if (r.close_on.back() == kNone) {
         diagnostics.Add({},
                         where + "the gripper closes on '" + gripper->close_on + "', which is not an object",
                         UnknownName(gripper->close_on, FrameNames(scene, true)));

@@ -49,8 +49,8 @@ int FindObject(const scene::Scene& scene, const std::string& name);
 /// A frame by name: a region, or a robot's base, is fixed to the object, if any, that it descends from.
 std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name);
 
-/// Looks up names, and determines what is held at each step and which tool pushes. A step without verbs gets
-/// a reach. Throws InputError with everything that can't be executed.
+/// Looks up names. A step without verbs gets a reach. The steps' modes must be set. Throws InputError with
+/// everything that can't be executed.
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan);
 
 /// Makes a plan's steps from its actions, which are bound to `actions`; key poses are the plan's, as far as

@@ -3,11 +3,11 @@
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s²
 // What happens again within this time is one event, s.
 constexpr double kSameEvent = 1.0;
 // What is grasped touches what it is nearer to than this, m, and is clear of it from this on.
@@ -91,7 +91,8 @@ void ReferenceServo::NameAllowed() {
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   double payload = 0;
-  if (s_.held != kNone) payload = kGravity * s_.scene.objects[static_cast<size_t>(s_.held)].mass.value_or(0);
+  if (s_.held != kNone)
+    payload = robot::kGravity * s_.scene.objects[static_cast<size_t>(s_.held)].mass.value_or(0);
   double max_force = options_.servo.max_force;
   if (s_.step < static_cast<int>(s_.steps.size())) max_force = s_.plan_step().max_force.value_or(max_force);
   command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,

@@ -5,6 +5,7 @@
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
@@ -38,7 +39,6 @@ constexpr double kBackOffTime = 1.0;  // s, at most
 
 // The fingers hold a tool harder by this many times what the object's friction may press it with.
 constexpr double kGrip = 3;
-constexpr double kGravity = 9.81;  // m/s²
 
 // What the plan has the fingers close with, N.
 double PlannedForce(const planning::PlanStep& grasp) {
@@ -73,7 +73,7 @@ void ReferenceServo::EnterPush() {
   if (!hand) friction = std::min(friction, s_.scene.objects[static_cast<size_t>(s_.current().tool)].friction);
   if (!hand && s_.current().grasp_step != kNone) {
     const double force = PlannedForce(s_.plan.steps[static_cast<size_t>(s_.current().grasp_step)]) +
-                         kGrip * object.friction * object.mass.value_or(0) * kGravity;
+                         kGrip * object.friction * object.mass.value_or(0) * robot::kGravity;
     s_.gripper.force = std::min(force, s_.model->gripper().max_force);
   }
   now_.slope = std::tan(kConeShare * std::atan(std::max(friction, kLeastFriction)));

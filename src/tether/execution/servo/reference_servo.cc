@@ -2,13 +2,13 @@
 
 #include <utility>
 
+#include "tether/robot/gravity.h"
+
 namespace tether::execution {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s²
-
 Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
-  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -kGravity);
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity);
 }
 
 }  // namespace

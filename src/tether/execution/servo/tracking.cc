@@ -3,11 +3,11 @@
 
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s²
 // The null-space posture moves towards its goal at most this fast, rad/s.
 constexpr double kPostureSpeed = 0.8;
 // The payload's weight is fed forward fully after this time from grasping, s.
@@ -172,7 +172,7 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (s_.held != kNone) {
     const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.held)];
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
-    const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * kGravity);
+    const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);
     const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;
     target.F_BH.head<3>() = R_BW * lift;
     target.F_BH.tail<3>() = R_BW * arm.cross(lift);

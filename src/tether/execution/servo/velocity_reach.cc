@@ -111,7 +111,7 @@ std::optional<Pose> VelocityServo::KeyPose(Progress* missing) {
                          "'" + object.name + "' can't be grasped from above: " + flaws.Describe(object.name));
     return std::nullopt;
   }
-  grasp_ = s_.plan.steps[static_cast<size_t>(s_.step)].X_TC = found->X_OH;
+  grasp_ = s_.record().X_TC = found->X_OH;
   grasp_width_ = found->width;
   return grasp_;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "tether/common/text.h"
@@ -123,7 +124,7 @@ class LayoutFinder {
   /// How far the object is from being in the region that it is nearest to.
   std::string Nearest(const scene::Object& object) const {
     std::string nearest;
-    double least = 1e300;
+    double least = std::numeric_limits<double>::infinity();
     for (const scene::Region& region : scene_.regions) {
       if (region.hub) continue;
       const scene::RegionFit fit = scene::FitRegion(region.form, scene::RegionPose(scene_, X_WO_, region),

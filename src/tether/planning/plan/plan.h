@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tether/math/pose.h"
+#include "tether/planning/plan/step_mode.h"
 #include "tether/planning/skeleton/action.h"
 
 namespace tether::planning {
@@ -26,6 +27,14 @@ struct PlanStep {
   /// What the arm may press with in this step, N, in place of what the scenario says.
   std::optional<double> max_force = {};
   bool target_is_region = false;  ///< Any pose in the region `target` serves; X_TC is not used.
+
+  // What follows from the plan's steps together: see SetModes().
+  StepMode mode = StepMode::kFree;
+  std::string held = {};  ///< The object in the hand as the step begins; empty: none.
+  int grasp_step = -1;    ///< The step that grasped it; −1: none.
+  std::string tool = {};  ///< What is brought to its pose by the arm: `control`, but of a push what pushes.
+  /// Of a push: the tool in the control frame, as it touches; none: no step before brings it there.
+  std::optional<math::Pose> X_CTool = {};
 };
 
 /// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker

@@ -145,6 +145,7 @@ class PlanParser {
         diagnostics_.Add(steps->where(), "'steps' is " + steps->KindName(), "a list of key poses");
       for (const Value& step : steps->items()) plan.steps.push_back(ParseStep(step, plan));
       if (diagnostics_.empty()) CompareSteps(plan, expected, *steps);
+      SetModes(&plan);
     }
     return plan;
   }
@@ -236,6 +237,13 @@ class PlanParser {
       ReadPoseOf(reader, step);
     }
     step.face = reader.Text("face", "");
+    const std::string mode = reader.Text("mode", "free");
+    if (!FindStepMode(mode)) {
+      diagnostics_.Add(value.Find("mode")->where(), "'mode' of step is '" + mode + "'",
+                       SuggestFrom(mode, StepModeNames()));
+    }
+    reader.Text("held", "");
+    reader.Text("tool", "");
     if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
     if (const Value* force = reader.Optional("max_force"))
       step.max_force = ReadPositive(*force, "'max_force' of step (N)", diagnostics_);
@@ -324,7 +332,9 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));
-    value.Set("execute", verbs);
+    value.Set("execute", verbs).Set("mode", ToString(step.mode));
+    if (!step.held.empty()) value.Set("held", step.held);
+    if (step.mode == StepMode::kPush) value.Set("tool", step.tool);
   }
   return value;
 }

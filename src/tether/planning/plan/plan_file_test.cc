@@ -63,6 +63,7 @@ Plan MakePlan() {
        math::Pose(),
        {reach, WaitVerb{0.1}, GripperVerb{"", 13.5}, ShiftVerb{{1, 2, 3}, In::kHand, 0.07}}});
   plan.steps[0].q = Eigen::Vector3d(0.1, -1.0 / 3, 2e-17);
+  SetModes(&plan);
   return plan;
 }
 
@@ -100,6 +101,9 @@ TEST(PlanFileTest, RoundTripKeepsEverything) {
     EXPECT_EQ(b.action_index, a.action_index);
     EXPECT_EQ(b.control, a.control);
     EXPECT_EQ(b.target, a.target);
+    EXPECT_EQ(b.mode, a.mode);
+    EXPECT_EQ(b.held, a.held);
+    EXPECT_EQ(b.tool, a.tool);
     EXPECT_EQ(b.X_TC.p, a.X_TC.p);
     EXPECT_TRUE(b.X_TC.R.isApprox(a.X_TC.R, 1e-14));
     ASSERT_EQ(b.execute.size(), a.execute.size());
@@ -114,6 +118,34 @@ TEST(PlanFileTest, RoundTripKeepsEverything) {
   EXPECT_TRUE(reach.until_contact);
   EXPECT_EQ(std::get<GripperVerb>(back.steps[1].execute[2]).force, 13.5);
   EXPECT_EQ(std::get<ShiftVerb>(back.steps[1].execute[3]).in, In::kHand);
+}
+
+// Files from before steps had a mode are read; what a file says of it is for people, and follows from its
+// verbs.
+TEST(PlanFileTest, ModesMayBeMissing) {
+  const auto without = [](const std::string& key) {
+    std::string text, all = Written();
+    for (size_t from = 0, to = 0; from < all.size(); from = to + 1) {
+      to = std::min(all.find('\n', from), all.size());
+      const std::string line = all.substr(from, to - from);
+      // The last key of a step: the comma before it goes too.
+      if (line.find("\"" + key + "\":") == std::string::npos) {
+        text += line + "\n";
+      } else if (line.back() != ',') {
+        text.erase(text.rfind(','), 1);
+      }
+    }
+    return text;
+  };
+  EXPECT_NE(without("mode"), Written());
+  EXPECT_EQ(ErrorOf(without("mode"), MakeScene(), MakeActions()), "");
+  std::string wrong = Written();
+  const size_t at = wrong.find("\"mode\": \"");
+  const size_t begin = at + 9, end = wrong.find('"', begin);
+  wrong.replace(begin, end - begin, "region");
+  EXPECT_EQ(ErrorOf(wrong, MakeScene(), MakeActions()), "");
+  wrong.replace(begin, 6, "pull");
+  EXPECT_NE(ErrorOf(wrong, MakeScene(), MakeActions()).find("'mode' of step is 'pull'"), std::string::npos);
 }
 
 TEST(PlanFileTest, PosesMassesAndFrictionMayDiffer) {

@@ -47,6 +47,7 @@ void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& act
     if (t < ik_solutions.size() && ik_solutions[t].found) plan.steps.back().q = ik_solutions[t].q;
   }
   plan.cost = check.cost;
+  SetModes(&plan);
   report.plan = std::move(plan);
   report.max_violation_m = check.max_violation_m;
   report.max_violation_rad = check.max_violation_rad;
