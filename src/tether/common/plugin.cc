@@ -1,7 +1,10 @@
 #include "tether/common/plugin.h"
 
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <dlfcn.h>
@@ -32,10 +35,16 @@ std::optional<fs::path> FindPlugin(const std::string& name) {
 bool HasPlugin(const std::string& name) { return FindPlugin(name).has_value(); }
 
 void* LoadPlugin(const std::string& name, const std::string& symbol, const std::string& remedy) {
+  // Loaded once: a solver asks before every solve.
+  static std::mutex mutex;
+  static std::map<std::pair<std::string, std::string>, void*> loaded;
+  const std::lock_guard lock(mutex);
+  void*& function = loaded[{name, symbol}];
+  if (function != nullptr) return function;
   const auto file = FindPlugin(name);
   if (!file) throw InputError("this build of Tether has no plugin '" + name + "'", remedy);
   void* library = dlopen(file->c_str(), RTLD_LAZY | RTLD_LOCAL);
-  void* function = library != nullptr ? dlsym(library, symbol.c_str()) : nullptr;
+  function = library != nullptr ? dlsym(library, symbol.c_str()) : nullptr;
   if (function == nullptr) {
     const char* reason = dlerror();
     throw InputError("the plugin '" + name + "' of Tether can't be loaded: " + (reason ? reason : symbol),

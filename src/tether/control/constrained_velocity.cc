@@ -74,10 +74,10 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
       goal_row(n) {
   options.Validate();
   for (const ClearanceConstraint& clearance : clearances) {
-    AddPairs(clearance, static_cast<int>(names.size()));
+    AddClearancePairs(bodies, clearance, static_cast<int>(names.size()), pairs);
     names.push_back(clearance.name);
   }
-  AddSelfPairs(static_cast<int>(names.size()));
+  AddSelfPairs(*model, options.self_distance, static_cast<int>(names.size()), pairs);
   names.emplace_back("self");
   first_field = static_cast<int>(names.size());
   for (FieldConstraint& field : fields_in) {
@@ -89,32 +89,8 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
   SetRoom();
 }
 
-void ConstrainedVelocity::Impl::AddPairs(const ClearanceConstraint& clearance, int constraint) {
-  for (const int object : clearance.to) {
-    const int b = bodies.object(object);
-    for (const int a : clearance.of) {
-      if (bodies.link(a) == 0) continue;
-      pairs.push_back({a, b, constraint, clearance.distance, clearance.priority, false, false});
-    }
-    if (!clearance.held) continue;
-    for (int other = bodies.hand() + 1; other < bodies.num_bodies(); ++other) {
-      if (other != b)
-        pairs.push_back({other, b, constraint, clearance.distance, clearance.priority, true, false});
-    }
-  }
-}
-
-void ConstrainedVelocity::Impl::AddSelfPairs(int constraint) {
-  for (const auto& [a, b] : model->solids().pairs) {
-    pairs.push_back({a, b, constraint, options.self_distance, 0, false, false});
-  }
-}
-
 void ConstrainedVelocity::Impl::SetRoom() {
-  size_t room = 0;
-  for (const Pair& pair : pairs) {
-    room += static_cast<size_t>(bodies.max_parts(pair.a)) * static_cast<size_t>(bodies.max_parts(pair.b));
-  }
+  size_t room = NumPartPairs(bodies, pairs);
   for (const Field& field : fields) room += static_cast<size_t>(field.r.size());
   if (room <= rows.size() && problem != nullptr) return;
   rows.resize(room);
@@ -125,14 +101,6 @@ void ConstrainedVelocity::Impl::SetRoom() {
   solver = std::make_unique<qp::Solver>(n, 0, m);
   conflict_problem = std::make_unique<qp::Problem>(n, 0, m + n);
   conflict_solver = std::make_unique<qp::HierarchySolver>(n, 0, m + n);
-}
-
-bool ConstrainedVelocity::Impl::IsActive(const Pair& pair) const {
-  if (pair.allowed) return false;
-  const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
-  if (pair.held) return pair.a == held;
-  // The hand touches what it holds; the links keep their distance from it as from everything else.
-  return !(pair.b == held && bodies.link(pair.a) == n);
 }
 
 bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
@@ -280,11 +248,7 @@ void ConstrainedVelocity::SetExtraFields(std::vector<FieldConstraint> fields) {
 }
 
 void ConstrainedVelocity::Allow(const std::vector<std::pair<int, int>>& pairs) {
-  for (Impl::Pair& pair : impl_->pairs) {
-    pair.allowed = std::any_of(pairs.begin(), pairs.end(), [&](const std::pair<int, int>& allowed) {
-      return allowed == std::pair{pair.a, pair.b} || allowed == std::pair{pair.b, pair.a};
-    });
-  }
+  AllowPairs(impl_->bodies, pairs, impl_->pairs);
 }
 
 void ConstrainedVelocity::Hold(int object) { impl_->bodies.Hold(object); }

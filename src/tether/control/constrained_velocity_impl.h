@@ -7,6 +7,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "tether/control/clearance_pairs.h"
 #include "tether/control/constrained_velocity.h"
 #include "tether/qp/hierarchy.h"
 
@@ -17,14 +18,6 @@ inline constexpr int kMaxFunctionRows = 12;
 
 /// The workspace of the controller; not for users of the room.
 struct ConstrainedVelocity::Impl {
-  struct Pair {
-    int a, b;  ///< Bodies.
-    int constraint;
-    double distance;
-    Priority priority;
-    bool held;     ///< Only while one of them, an object, is held and the other is not.
-    bool allowed;  ///< They may touch.
-  };
   struct Field {
     FieldConstraint spec;
     Eigen::MatrixXd J;
@@ -36,10 +29,7 @@ struct ConstrainedVelocity::Impl {
        std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
 
   // constrained_velocity.cc: set-up, bounds, redundancy and the solves.
-  void AddPairs(const ClearanceConstraint& clearance, int constraint);
-  void AddSelfPairs(int constraint);
   void SetRoom();
-  bool IsActive(const Pair& pair) const;
   bool TakeInput(const VelocityInput& input);
   /// Leads joints away from their limits in the null space of the goal, whose rows alone are in H.
   void AddRedundancy();
@@ -57,9 +47,6 @@ struct ConstrainedVelocity::Impl {
   void AddPosture(const Goal& goal);
   double ExtraViolation(nlp::Unit unit) const;
   double* NewRow(const Row& row);
-  /// Adds scale · d(n · v)/dq̇ of the point p on a link.
-  void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n, double scale,
-                double* row) const;
   /// Writes row r of a function's derivative in q: frame F moves with `link`.
   void Chain(const Eigen::MatrixXd& J, int r, const math::Pose& X_BF, int link, double* row) const;
   static double Drift(const Eigen::MatrixXd& J, int r, const math::Pose& X_BT, const math::Vector6d& V_BT);
@@ -82,7 +69,7 @@ struct ConstrainedVelocity::Impl {
   robot::Kinematics kinematics;
   ArmBodies bodies;
   std::vector<std::string> names;
-  std::vector<Pair> pairs;
+  std::vector<ClearancePair> pairs;
   std::vector<Field> fields;
   size_t fixed_fields = 0;
   int first_field = 0;  ///< The constraint number of the first field.

@@ -28,17 +28,9 @@ double* ConstrainedVelocity::Impl::NewRow(const Row& row) {
   return jacobian;
 }
 
-void ConstrainedVelocity::Impl::AddAlong(int link, const Vector3d& p, const Vector3d& n_B, double scale,
-                                         double* row) const {
-  for (int i = 0; i < link; ++i) {
-    const Pose& X_BJ = kinematics.X_BL(i + 1);
-    row[i] += scale * X_BJ.R.col(2).dot((p - X_BJ.p).cross(n_B));
-  }
-}
-
 void ConstrainedVelocity::Impl::AddPairRows() {
-  for (const Pair& pair : pairs) {
-    if (!IsActive(pair)) continue;
+  for (const ClearancePair& pair : pairs) {
+    if (pair.allowed || !IsPresent(bodies, n, pair)) continue;
     const double near = pair.distance + options.buffer + options.range;
     const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
@@ -53,8 +45,8 @@ void ConstrainedVelocity::Impl::AddPairRows() {
         }
         double* row = NewRow({pair.constraint, d.distance - pair.distance - options.buffer, drift,
                               options.buffer, pair.priority, pair.a, pair.b});
-        AddAlong(link_a, d.p_WA, d.n_W, -1, row);
-        AddAlong(link_b, d.p_WB, d.n_W, 1, row);
+        AddAlong(kinematics, link_a, d.p_WA, d.n_W, -1, row);
+        AddAlong(kinematics, link_b, d.p_WB, d.n_W, 1, row);
       }
     }
   }

@@ -103,12 +103,10 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
   }
   function_rows.unused.setZero(kMostFunctionRows);
   for (const ClearanceConstraint& clearance : clearances) {
-    AddPairs(clearance, static_cast<int>(names.size()));
+    AddClearancePairs(bodies, clearance, static_cast<int>(names.size()), pairs);
     names.push_back(clearance.name);
   }
-  for (const auto& [a, b] : model->solids().pairs) {
-    pairs.push_back({a, b, static_cast<int>(names.size()), options.self_distance, 0, false, false});
-  }
+  AddSelfPairs(*model, options.self_distance, static_cast<int>(names.size()), pairs);
   names.emplace_back("self");
   for (int body = 0; body < bodies.num_bodies(); ++body) {
     double radius = 0;
@@ -239,15 +237,7 @@ void ConstrainedTorque::SetExtraFields(std::vector<FieldConstraint> fields) {
 }
 
 void ConstrainedTorque::Allow(std::span<const std::pair<int, int>> pairs) {
-  const ArmBodies& bodies = impl_->bodies;
-  const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
-  const auto body = [held](int given) { return given < 0 ? held : given; };
-  for (Impl::Pair& pair : impl_->pairs) {
-    pair.allowed = std::any_of(pairs.begin(), pairs.end(), [&](const std::pair<int, int>& allowed) {
-      const int a = body(allowed.first), b = body(allowed.second);
-      return (a == pair.a && b == pair.b) || (b == pair.a && a == pair.b);
-    });
-  }
+  AllowPairs(impl_->bodies, pairs, impl_->pairs);
 }
 
 void ConstrainedTorque::Hold(int object) { impl_->bodies.Hold(object); }

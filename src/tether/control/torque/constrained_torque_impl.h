@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "tether/control/clearance_pairs.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/joint_braking.h"
 #include "tether/control/torque/link_motion.h"
@@ -27,14 +28,6 @@ struct FunctionRows {
 };
 
 struct ConstrainedTorque::Impl {
-  struct Pair {
-    int a, b;  ///< Bodies.
-    int constraint;
-    double distance;
-    Priority priority;
-    bool held;     ///< Only while one of them, an object, is held and the other is not.
-    bool allowed;  ///< They may touch.
-  };
   /// A frame with its twist, and the twist's derivative without q̈, all in the frame itself.
   struct MovingFrame {
     math::Pose X_BF;
@@ -47,9 +40,7 @@ struct ConstrainedTorque::Impl {
        std::vector<FieldConstraint> fields_in, const TorqueOptions& options_in);
 
   // torque_rows.cc
-  void AddPairs(const ClearanceConstraint& clearance, int constraint);
   void SetRoom();
-  bool IsActive(const Pair& pair) const;
   void AddPairRows();
   /// No point of a body moves faster, m/s.
   double FastestOf(int body) const;
@@ -58,8 +49,6 @@ struct ConstrainedTorque::Impl {
   void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
                 FunctionRows& out) const;
   double* NewRow(const Row& row);
-  void AddAlong(int link, const Eigen::Vector3d& p, const Eigen::Vector3d& n_B, double scale,
-                double* row) const;
   /// What a row's second derivative must not be below: near its limit …
   double NeededNear(double value, double rate) const;
   /// … and so that it can be braked before; −`most` if that holds in any case. `slope`: its derivative in q.
@@ -102,7 +91,7 @@ struct ConstrainedTorque::Impl {
   BrakingReserve reserve;
   ContactWatch watch;
   std::vector<std::string> names;
-  std::vector<Pair> pairs;
+  std::vector<ClearancePair> pairs;
   std::vector<FieldConstraint> fields;
   size_t fixed_fields = 0;
   int first_field = 0;

@@ -34,26 +34,8 @@ double Matters(double speed) {
 
 }  // namespace
 
-void ConstrainedTorque::Impl::AddPairs(const ClearanceConstraint& clearance, int constraint) {
-  for (const int object : clearance.to) {
-    const int b = bodies.object(object);
-    for (const int a : clearance.of) {
-      if (bodies.link(a) == 0) continue;
-      pairs.push_back({a, b, constraint, clearance.distance, clearance.priority, false, false});
-    }
-    if (!clearance.held) continue;
-    for (int other = bodies.hand() + 1; other < bodies.num_bodies(); ++other) {
-      if (other != b)
-        pairs.push_back({other, b, constraint, clearance.distance, clearance.priority, true, false});
-    }
-  }
-}
-
 void ConstrainedTorque::Impl::SetRoom() {
-  size_t room = 0;
-  for (const Pair& pair : pairs) {
-    room += static_cast<size_t>(bodies.max_parts(pair.a)) * static_cast<size_t>(bodies.max_parts(pair.b));
-  }
+  size_t room = NumPartPairs(bodies, pairs);
   for (const FieldConstraint& field : fields) room += static_cast<size_t>(field.function->size());
   if (room <= rows.size() && problem != nullptr) return;
   rows.resize(room);
@@ -72,27 +54,12 @@ void ConstrainedTorque::Impl::SetRoom() {
   conflict_solver = std::make_unique<qp::HierarchySolver>(n, 0, m + 3 * n, solver_options);
 }
 
-bool ConstrainedTorque::Impl::IsActive(const Pair& pair) const {
-  const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
-  if (pair.held) return pair.a == held;
-  // The hand touches what it holds; the links have to keep away from it as from everything else.
-  return !(pair.b == held && bodies.link(pair.a) == n);
-}
-
 double* ConstrainedTorque::Impl::NewRow(const Row& row) {
   const auto index = static_cast<size_t>(num_rows++);
   rows[index] = row;
   double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
   std::fill(jacobian, jacobian + n, 0.0);
   return jacobian;
-}
-
-void ConstrainedTorque::Impl::AddAlong(int link, const Vector3d& p, const Vector3d& n_B, double scale,
-                                       double* row) const {
-  for (int i = 0; i < link; ++i) {
-    const Pose& X_BJ = kinematics.X_BL(i + 1);
-    row[i] += scale * X_BJ.R.col(2).dot((p - X_BJ.p).cross(n_B));
-  }
 }
 
 // Near its limit a value comes down to zero as e^(−kt) at most.
@@ -132,8 +99,8 @@ double ConstrainedTorque::Impl::FastestOf(int body) const {
 void ConstrainedTorque::Impl::AddPairRows() {
   for (int body = 0; body < bodies.num_bodies(); ++body)
     body_speed[static_cast<size_t>(body)] = FastestOf(body);
-  for (const Pair& pair : pairs) {
-    if (!IsActive(pair)) continue;
+  for (const ClearancePair& pair : pairs) {
+    if (!IsPresent(bodies, n, pair)) continue;
     const double speed = body_speed[static_cast<size_t>(pair.a)] + body_speed[static_cast<size_t>(pair.b)];
     const double near = pair.allowed
                             ? options.contact.touch
@@ -171,8 +138,8 @@ void ConstrainedTorque::Impl::AddPairRows() {
             std::clamp(SlidingAcceleration(d, a->primitive, a->X_BP, of_a, b->primitive, b->X_BP, of_b),
                        -kMostSliding, kMostSliding);
         double* jacobian = NewRow(row);
-        AddAlong(link_a, d.p_WA, d.n_W, -1, jacobian);
-        AddAlong(link_b, d.p_WB, d.n_W, 1, jacobian);
+        AddAlong(kinematics, link_a, d.p_WA, d.n_W, -1, jacobian);
+        AddAlong(kinematics, link_b, d.p_WB, d.n_W, 1, jacobian);
         for (int i = 0; i < n; ++i) {
           if (std::abs(jacobian[i]) < kDust) jacobian[i] = 0;
         }
