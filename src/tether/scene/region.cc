@@ -89,29 +89,80 @@ bool HangsOn(const Scene& scene, std::string frame, const std::string& object) {
   return false;
 }
 
+/// Unit vectors all around, in which a round outline is sampled.
+const std::vector<Vector2d>& RoundDirections() {
+  static const std::vector<Vector2d> directions = [] {
+    std::vector<Vector2d> made;
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kDirections;
+      made.emplace_back(std::cos(angle), std::sin(angle));
+    }
+    return made;
+  }();
+  return directions;
+}
+
+/// A body seen from a region: how far it reaches along directions of the region's frame.
+class BodyInRegion {
+ public:
+  BodyInRegion(const math::Pose& X_WR, const geometry::Shape& shape, const math::Pose& X_WO)
+      : shape_(shape), X_RO_(math::Between(X_WR, X_WO)) {}
+
+  double Reach(const Vector3d& d_R) const {
+    return geometry::Support(shape_, X_RO_.R.transpose() * d_R) + d_R.dot(X_RO_.p);
+  }
+  double Reach(const Vector2d& d_R) const { return Reach(Vector3d(d_R.x(), d_R.y(), 0)); }
+
+  /// The height of the foot beyond the outline's extent along z, m.
+  double Height(const Outline& outline) const {
+    const double foot = -Reach(Vector3d(-Vector3d::UnitZ()));
+    return std::max({0.0, outline.lower - foot, foot - outline.upper});
+  }
+
+  /// The distance from the origin that the footprint's bounding rectangle keeps within, m.
+  double RadiusBound() const {
+    const double x = std::max(Reach(Vector2d(1, 0)), Reach(Vector2d(-1, 0)));
+    const double y = std::max(Reach(Vector2d(0, 1)), Reach(Vector2d(0, -1)));
+    return std::hypot(x, y);
+  }
+
+ private:
+  const geometry::Shape& shape_;
+  math::Pose X_RO_;
+};
+
+/// FitRegion(...).Holds(), with what usually decides asked first: it is asked at every sample of a run.
+bool Fits(const RegionForm& form, const math::Pose& X_WR, const geometry::Shape& shape,
+          const math::Pose& X_WO) {
+  const Outline outline = OutlineOf(form);
+  const BodyInRegion body(X_WR, shape, X_WO);
+  if (body.Height(outline) > RegionFit::kHeightTolerance) return false;
+  const double room = outline.radius + RegionFit::kOutlineTolerance;
+  for (const geometry::HalfPlane& edge : outline.half_planes) {
+    if (body.Reach(edge.normal) - edge.offset > RegionFit::kOutlineTolerance) return false;
+  }
+  if (outline.radius <= 0 || body.RadiusBound() <= room) return true;
+  return std::none_of(RoundDirections().begin(), RoundDirections().end(),
+                      [&](const Vector2d& direction) { return body.Reach(direction) > room; });
+}
+
 }  // namespace
 
 RegionFit FitRegion(const RegionForm& form, const math::Pose& X_WR, const geometry::Shape& shape,
                     const math::Pose& X_WO) {
-  const math::Pose X_RO = math::Between(X_WR, X_WO);
-  // How far the body reaches along a direction of the region's frame.
-  const auto reach = [&](const Vector3d& d_R) {
-    return geometry::Support(shape, X_RO.R.transpose() * d_R) + d_R.dot(X_RO.p);
-  };
+  const BodyInRegion body(X_WR, shape, X_WO);
   const Outline outline = OutlineOf(form);
   RegionFit fit;
-  fit.outside = -1e300;
+  fit.outside = -std::numeric_limits<double>::infinity();
   for (const geometry::HalfPlane& edge : outline.half_planes) {
-    const Vector3d normal(edge.normal.x(), edge.normal.y(), 0);
-    fit.outside = std::max(fit.outside, reach(normal) - edge.offset);
+    fit.outside = std::max(fit.outside, body.Reach(edge.normal) - edge.offset);
   }
-  for (int i = 0; outline.radius > 0 && i < kDirections; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kDirections;
-    fit.outside =
-        std::max(fit.outside, reach(Vector3d(std::cos(angle), std::sin(angle), 0)) - outline.radius);
+  if (outline.radius > 0) {
+    for (const Vector2d& direction : RoundDirections()) {
+      fit.outside = std::max(fit.outside, body.Reach(direction) - outline.radius);
+    }
   }
-  const double foot = -reach(-Vector3d::UnitZ());
-  fit.height = std::max({0.0, outline.lower - foot, foot - outline.upper});
+  fit.height = body.Height(outline);
   return fit;
 }
 
@@ -154,13 +205,22 @@ math::Pose RegionPose(const Scene& scene, const std::map<std::string, math::Pose
   return X;
 }
 
+namespace {
+
+/// in(object, region), not for hubs and regions that hang on the object itself.
+bool Contains(const Scene& scene, const std::map<std::string, math::Pose>& X_WO, const Region& region,
+              const Object& object) {
+  return !region.hub && !HangsOn(scene, region.parent, object.name) &&
+         Fits(region.form, RegionPose(scene, X_WO, region), object.shape, X_WO.at(object.name));
+}
+
+}  // namespace
+
 std::vector<const Region*> FindRegionsOf(const Scene& scene, const std::map<std::string, math::Pose>& X_WO,
                                          const Object& object) {
   std::vector<const Region*> found;
   for (const Region& region : scene.regions) {
-    if (region.hub || HangsOn(scene, region.parent, object.name)) continue;
-    const math::Pose X_WR = RegionPose(scene, X_WO, region);
-    if (FitRegion(region.form, X_WR, object.shape, X_WO.at(object.name)).Holds()) found.push_back(&region);
+    if (Contains(scene, X_WO, region, object)) found.push_back(&region);
   }
   std::stable_sort(found.begin(), found.end(), [](const Region* a, const Region* b) {
     return OutlineArea(a->form) < OutlineArea(b->form);
@@ -171,10 +231,12 @@ std::vector<const Region*> FindRegionsOf(const Scene& scene, const std::map<std:
 bool IsIn(const Scene& scene, const std::map<std::string, math::Pose>& X_WO, const Object& object,
           const std::string& area) {
   const auto group = scene.groups.find(area);
-  const std::vector<const Region*> in = FindRegionsOf(scene, X_WO, object);
-  return std::any_of(in.begin(), in.end(), [&](const Region* region) {
-    if (group == scene.groups.end()) return region->name == area;
-    return std::find(group->second.begin(), group->second.end(), region->name) != group->second.end();
+  const auto is_meant = [&](const Region& region) {
+    if (group == scene.groups.end()) return region.name == area;
+    return std::find(group->second.begin(), group->second.end(), region.name) != group->second.end();
+  };
+  return std::any_of(scene.regions.begin(), scene.regions.end(), [&](const Region& region) {
+    return is_meant(region) && Contains(scene, X_WO, region, object);
   });
 }
 
