@@ -12,6 +12,7 @@
 #include "tether/common/log.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
+#include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/margins/torque_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
@@ -26,10 +27,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Between samples of the log, s.
-constexpr double kLogPeriod = 0.05;
 // Distances above this are not measured, m; of torque runs, which have a tick each millisecond, above kNear.
-constexpr double kFarAway = 0.9, kNear = 0.2;
+constexpr double kNear = 0.2;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -57,6 +56,7 @@ class Run {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
     }
+    if (!options_.log.path.empty()) StartLog();
   }
 
   RunReport Execute() {
@@ -70,6 +70,9 @@ class Run {
       report_.status = RunStatus::kFailed;
       report_.reason = error.what();
     }
+    world_.Truth(&truth_);
+    world_.Observe(&observations_);
+    Log(nullptr);
     Judge();
     NameMissedEvents();
     Snapshot("end");
@@ -85,6 +88,9 @@ class Run {
       const std::vector<Margin>& more = torque_margins_->margins();
       report_.margins.insert(report_.margins.end(), more.begin(), more.end());
     }
+    if (recorder_ != nullptr)
+      report_.log_problem =
+          recorder_->Finish(world_.time(), WriteRunReport(report_, scenario_.title, options_.seed));
     return std::move(report_);
   }
 
@@ -146,6 +152,16 @@ class Run {
     }
   }
 
+  void StartLog() {
+    LogSettings settings = options_.log;
+    settings.seed = options_.seed;
+    if (options_.goal) {
+      settings.goal = options_.goal->formula.ToString();
+      settings.semantics = ToString(options_.goal->semantics);
+    }
+    recorder_ = std::make_unique<RunRecorder>(settings, scenario_, scene_, options_.events, world_, *runner_);
+  }
+
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
     while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
@@ -159,11 +175,15 @@ class Run {
     if (runner_->running()) {
       margins_.Observe(truth_, observations_, *runner_);
       if (torque_margins_) ObserveTorques(commands);
-      if (options_.log) Log();
+      if (recorder_ != nullptr) {
+        recorder_->ObserveMargins(margins_.margins(), 0);
+        if (torque_margins_) recorder_->ObserveMargins(torque_margins_->margins(), 1);
+      }
     }
     FeedJudge();
     TakeEvents();
     Disturb();
+    Log(&commands);
     world_.Apply(commands, period_);
     if (options_.realtime) {
       std::this_thread::sleep_until(
@@ -199,37 +219,11 @@ class Run {
     torque_margins_->Observe(world_.time(), commands.at(robot).torque, unintended_);
   }
 
-  /// Adds a sample to the log, twenty times a second.
-  void Log() {
-    RunLog& log = report_.log;
-    if (!log.times.empty() && world_.time() < log.times.back() + kLogPeriod - 1e-9) return;
-    const robot::Model& model = *scenario_.models.at(runner_->plan().robot);
-    const std::vector<Margin>& margins = margins_.margins();
-    if (log.series.empty()) {
-      log.scenario = scenario_.title;
-      log.seed = options_.seed;
-      for (const std::string& joint : model.joint_names()) {
-        log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
-      }
-    }
-    // Constraints of verbs begin with their verbs: they were not measured before.
-    for (; logged_margins_ < margins.size(); ++logged_margins_) {
-      const Margin& margin = margins[logged_margins_];
-      const std::vector<double> before(log.times.size(), std::nan(""));
-      log.series.insert(log.series.begin() + static_cast<std::ptrdiff_t>(logged_margins_),
-                        {margin.name, margin.unit, "Room left: " + margin.group, before, 0, 0});
-    }
-    log.times.push_back(world_.time());
-    for (size_t i = 0; i < margins.size(); ++i) {
-      const double value = margins[i].last;
-      log.series[i].values.push_back(value < kFarAway ? value : std::nan(""));
-    }
-    const Eigen::VectorXd& q = observations_.at(runner_->plan().robot).q;
-    for (int i = 0; i < model.dof(); ++i) {
-      const double half = 0.5 * (model.upper()[i] - model.lower()[i]);
-      log.series[margins.size() + static_cast<size_t>(i)].values.push_back((q[i] - model.lower()[i]) / half -
-                                                                           1);
-    }
+  /// Hands the recorder what this tick is.
+  void Log(const robot::Commands* commands) {
+    if (recorder_ == nullptr) return;
+    recorder_->Observe(
+        {world_.time(), truth_, observations_, commands, *runner_, ActionsDone(), commands == nullptr});
   }
 
   /// Records what the executive did in this tick.
@@ -239,10 +233,6 @@ class Run {
       const execution::Event event = runner_->events()[seen_];
       if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
-      if (options_.log &&
-          (event.kind == execution::EventKind::kGrasped || event.kind == execution::EventKind::kReleased)) {
-        report_.log.marks.emplace_back(event.time, event.text);
-      }
       if (event.kind == execution::EventKind::kStalled) LogContacts();
       if (event.kind == execution::EventKind::kStepStarted ||
           event.kind == execution::EventKind::kStepFinished)
@@ -317,6 +307,7 @@ class Run {
 
   void Record(double time, const std::string& kind, int step, const std::string& text) {
     report_.events.push_back({time, kind, step, text});
+    if (recorder_ != nullptr) recorder_->Event(time, kind, step, text, runner_->plan());
     if (options_.on_event) options_.on_event(time, kind, text);
   }
 
@@ -334,6 +325,7 @@ class Run {
     while (name.ends_with("_")) name.pop_back();
     report_.snapshots.push_back((std::filesystem::path(options_.snapshots) / (name + ".png")).string());
     renderer_->WritePng(world_, report_.snapshots.back());
+    if (recorder_ != nullptr) recorder_->Picture(world_.time(), report_.snapshots.back());
   }
 
   int ActionsDone() const {
@@ -402,10 +394,10 @@ class Run {
   robot::Observations observations_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
-  size_t logged_margins_ = 0;         ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.
   std::vector<bool> done_;            ///< Per disturbance.
   RunReport report_;
+  std::unique_ptr<RunRecorder> recorder_;  ///< Null: no log.
 };
 
 }  // namespace
