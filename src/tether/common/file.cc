@@ -37,7 +37,8 @@ std::string Reason(int error) { return std::strerror(error); }  // NOLINT: this 
 
 [[noreturn]] void Fail(const std::string& path, const std::string& doing, const std::string& reason,
                        const std::string& accepted) {
-  throw InputError({{Location{path, 0, 0}, "cannot " + doing + " this file: " + reason, accepted}});
+  throw InputError(
+      {{Location{path.empty() ? "''" : path, 0, 0}, "cannot " + doing + " this file: " + reason, accepted}});
 }
 [[noreturn]] void FailToWrite(const std::string& path, const std::string& reason) {
   Fail(path, "write", reason, "a path in a writable folder, on a disk with room");
