@@ -13,7 +13,7 @@
 #include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
-#include "tether/evaluation/margins/torque_margins.h"
+#include "tether/evaluation/margins/run_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan_file.h"
@@ -27,9 +27,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Distances above this are not measured, m; of torque runs, which have a tick each millisecond, above kNear.
-constexpr double kNear = 0.2;
-
 /// One run: world, executive and everything around their loop.
 class Run {
  public:
@@ -42,16 +39,11 @@ class Run {
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
         runner_(MakeRunner(scenario, scene, task, plan, options)),
-        margins_(scene, scenario.models, runner_->plan().robot, MeasuredConstraints(scenario, scene),
-                 UsesTorques(scenario) ? kNear : 1.0),
+        margins_(scenario, scene, *runner_, period_),
         cost_(plan.cost),
         done_(options.events.size(), false) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
     if (goal) temporal_judge_.emplace(scene, task, *goal);
-    if (UsesTorques(scenario)) {
-      torque_margins_.emplace(scenario.models.at(runner_->plan().robot), scenario.execution.max_force,
-                              period_);
-    }
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -84,10 +76,7 @@ class Run {
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
     report_.margins = margins_.margins();
-    if (torque_margins_) {
-      const std::vector<Margin>& more = torque_margins_->margins();
-      report_.margins.insert(report_.margins.end(), more.begin(), more.end());
-    }
+    report_.forces = margins_.forces();
     if (recorder_ != nullptr)
       report_.log_problem =
           recorder_->Finish(world_.time(), WriteRunReport(report_, scenario_.title, options_.seed));
@@ -127,6 +116,7 @@ class Run {
     options.constrained = settings.controller == "constrained_torque";
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
+    options.servo.max_force_where = settings.max_force_where;
     return options;
   }
 
@@ -173,12 +163,7 @@ class Run {
     world_.Observe(&observations_);
     const robot::Commands& commands = runner_->Step(truth_, observations_);
     if (runner_->running()) {
-      margins_.Observe(truth_, observations_, *runner_);
-      if (torque_margins_) ObserveTorques(commands);
-      if (recorder_ != nullptr) {
-        recorder_->ObserveMargins(margins_.margins(), 0);
-        if (torque_margins_) recorder_->ObserveMargins(torque_margins_->margins(), 1);
-      }
+      margins_.Observe(world_, truth_, observations_, commands, *runner_);
     }
     FeedJudge();
     TakeEvents();
@@ -191,39 +176,10 @@ class Run {
     }
   }
 
-  static bool UsesTorques(const scenario::Scenario& scenario) {
-    return scenario.execution.controller != "constrained_velocity";
-  }
-  static std::vector<control::ConstraintSpec> MeasuredConstraints(const scenario::Scenario& scenario,
-                                                                  const scene::Scene& scene) {
-    if (!UsesTorques(scenario)) return scenario.control_constraints;
-    return execution::TorqueConstraints(scenario.control_constraints, scene);
-  }
-
-  void ObserveTorques(const robot::Commands& commands) {
-    const std::string& robot = runner_->plan().robot;
-    const std::string& held = runner_->held();
-    const auto allowed = [&](const std::string& a, const std::string& b) {
-      return std::any_of(runner_->allowed().begin(), runner_->allowed().end(), [&](const auto& pair) {
-        return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
-      });
-    };
-    unintended_.clear();
-    for (const scene::Object& object : scene_.objects) {
-      if (object.name != held && !allowed("hand", object.name)) {
-        unintended_.push_back({robot, object.name, world_.ContactForce(robot, object.name)});
-      }
-      if (held.empty() || object.name == held || allowed(held, object.name)) continue;
-      unintended_.push_back({held, object.name, world_.ContactForce(held, object.name)});
-    }
-    torque_margins_->Observe(world_.time(), commands.at(robot).torque, unintended_);
-  }
-
   /// Hands the recorder what this tick is.
   void Log(const robot::Commands* commands) {
     if (recorder_ == nullptr) return;
-    recorder_->Observe(
-        {world_.time(), truth_, observations_, commands, *runner_, ActionsDone(), commands == nullptr});
+    recorder_->Observe({world_.time(), truth_, observations_, commands, *runner_, margins_, ActionsDone()});
   }
 
   /// Records what the executive did in this tick.
@@ -253,7 +209,11 @@ class Run {
       if (done_[i] || !now) continue;
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+      if (!event.robot.empty()) {
+        world_.PushArm(event.robot, event.torques, event.over);
+      } else {
+        world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+      }
     }
   }
 
@@ -383,9 +343,7 @@ class Run {
   double period_;
   sim::World world_;
   std::unique_ptr<execution::PlanRunner> runner_;
-  MarginMonitor margins_;
-  std::optional<TorqueMargins> torque_margins_;
-  std::vector<PairForce> unintended_;
+  RunMargins margins_;
   std::optional<TemporalJudge> temporal_judge_;
   int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;
@@ -476,6 +434,7 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
   value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
+  value.Set("unintended_forces", WriteForces(report.forces));
   Value poses = Value::Object();
   for (const auto& [object, X_WO] : report.final_X_WO) {
     const Eigen::Quaterniond q(X_WO.R);

@@ -187,12 +187,11 @@ std::string ContactSchema() {
 }
 
 std::string MarginSchema() {
-  return Object("tether.Margins", {{"timestamp", Time()},
-                                   {"margins", List(Object("", {{"name", kText},
-                                                                {"unit", kText},
-                                                                {"group", kText},
-                                                                {"least", kNumberOrNull},
-                                                                {"last", kNumberOrNull}}))}});
+  return Object(
+      "tether.Margins",
+      {{"timestamp", Time()},
+       {"margins",
+        List(Object("", {{"name", kText}, {"unit", kText}, {"group", kText}, {"least", kNumberOrNull}}))}});
 }
 
 std::string StateSchema() {

@@ -210,32 +210,19 @@ void RunRecorder::MakeJoints() {
   joints_ = stream_->AddTemplate(kJoints, "{\"timestamp\":" + kTime + ",\"joints\":[" + text + "]}");
 }
 
-void RunRecorder::ObserveMargins(const std::vector<Margin>& margins, size_t group) {
-  if (margins_.size() <= group) margins_.resize(group + 1);
-  std::vector<MarginInterval>& intervals = margins_[group];
-  for (size_t i = 0; i < margins.size(); ++i) {
-    const double value = margins[i].last < kMostMeasured ? margins[i].last : kNone;
-    if (i == intervals.size()) {
-      intervals.push_back({margins[i].name, margins[i].unit, margins[i].group, kNone, kNone});
-    }
-    intervals[i].least = std::min(intervals[i].least, value);
-    intervals[i].last = value;
-  }
-  margins_seen_ = true;
-}
-
 void RunRecorder::Observe(const RunMoment& moment) {
   const execution::PlanRunner& runner = moment.runner;
+  margins_seen_ = margins_seen_ || runner.running();
   const bool changed = runner.step() != step_ || moment.actions_done != done_ || runner.held() != held_ ||
                        runner.running() != running_ || runner.retries() != retries_ ||
                        runner.replans() != replans_;
-  if (!changed && !moment.whatever && moment.time < next_ - 1e-9) return;
+  if (!changed && moment.commands != nullptr && moment.time < next_ - 1e-9) return;
   if (changed || runner.plan().actions != actions_) WriteState(moment);
   WriteTransforms(moment);
   WriteJoints(moment);
   if (moment.commands != nullptr) WriteCommands(moment);
   WriteContacts(moment.time);
-  if (margins_seen_) WriteMargins(moment.time);
+  if (margins_seen_) WriteMargins(moment.time, moment.margins);
   while (next_ <= moment.time + 1e-9) next_ += kPeriod;
 }
 
@@ -374,31 +361,29 @@ void RunRecorder::WriteContacts(double time) {
   stream_->WriteText(kContacts, time, text + "]}");
 }
 
-void RunRecorder::WriteMargins(double time) {
-  size_t count = 0;
+void RunRecorder::WriteMargins(double time, RunMargins& measured) {
+  const std::vector<Margin>& margins = measured.margins();
   numbers_.clear();
-  for (std::vector<MarginInterval>& group : margins_) {
-    count += group.size();
-    for (MarginInterval& margin : group) {
-      numbers_.insert(numbers_.end(), {margin.least, margin.last});
-      margin.least = kNone;
-    }
+  bool same = margins.size() == margin_names_.size();
+  for (size_t i = 0; i < margins.size(); ++i) {
+    same = same && margins[i].name == margin_names_[i];
+    numbers_.push_back(margins[i].last < kMostMeasured ? margins[i].last : kNone);
   }
-  margins_seen_ = false;
-  if (count != margins_written_) {
+  if (!same) {  // Those of a verb begin with it.
+    margin_names_.clear();
     std::string text;
-    for (const std::vector<MarginInterval>& group : margins_) {
-      for (const MarginInterval& margin : group) {
-        text += (text.empty() ? "{\"name\":" : ",{\"name\":") + Quoted(margin.name) +
-                ",\"unit\":" + Quoted(margin.unit) + ",\"group\":" + Quoted(margin.panel) +
-                ",\"least\":" + kNumber + ",\"last\":" + kNumber + "}";
-      }
+    for (const Margin& margin : margins) {
+      margin_names_.push_back(margin.name);
+      text += (text.empty() ? "{\"name\":" : ",{\"name\":") + Quoted(margin.name) +
+              ",\"unit\":" + Quoted(margin.unit) + ",\"group\":" + Quoted(margin.group) +
+              ",\"least\":" + kNumber + "}";
     }
     margins_template_ =
         stream_->AddTemplate(kMargins, "{\"timestamp\":" + kTime + ",\"margins\":[" + text + "]}");
-    margins_written_ = count;
   }
   stream_->Write(margins_template_, time, numbers_);
+  measured.ForgetLast();
+  margins_seen_ = false;
 }
 
 void RunRecorder::Event(double time, const std::string& kind, int step, const std::string& text,

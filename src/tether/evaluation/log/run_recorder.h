@@ -7,7 +7,7 @@
 
 #include "tether/common/document/value.h"
 #include "tether/evaluation/log/log_settings.h"
-#include "tether/evaluation/margins/margins.h"
+#include "tether/evaluation/margins/run_margins.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/robot/kinematics.h"
 #include "tether/scenario/scenario.h"
@@ -22,10 +22,10 @@ struct RunMoment {
   double time = 0;  ///< s
   const scene::WorldEstimate& truth;
   const robot::Observations& observations;
-  const robot::Commands* commands;  ///< Null: none, at the end.
+  const robot::Commands* commands;  ///< Null: none, at the end, which is recorded whatever the time.
   const execution::PlanRunner& runner;
+  RunMargins& margins;  ///< Measured while the plan runs; an interval begins when one was recorded.
   int actions_done = 0;
-  bool whatever = false;  ///< Record it although no interval has passed.
 };
 
 /// Writes a run's log (docs/logs.md) while the run goes on: twenty times a second of simulated time, and
@@ -38,8 +38,6 @@ class RunRecorder {
               const execution::PlanRunner& runner);
   ~RunRecorder();
 
-  /// Margins of one tick, all of them in the same order as before, new ones at the end of a group.
-  void ObserveMargins(const std::vector<Margin>& margins, size_t group);
   /// One tick, after its margins and its events.
   void Observe(const RunMoment& moment);
   void Event(double time, const std::string& kind, int step, const std::string& text,
@@ -50,10 +48,6 @@ class RunRecorder {
   std::string Finish(double time, const Value& report);
 
  private:
-  struct MarginInterval {
-    std::string name, unit, panel;
-    double least, last;
-  };
   struct Arm {
     const scene::Robot* robot;
     robot::Kinematics kinematics;
@@ -70,7 +64,7 @@ class RunRecorder {
   void WriteJoints(const RunMoment& moment);
   void WriteCommands(const RunMoment& moment);
   void WriteContacts(double time);
-  void WriteMargins(double time);
+  void WriteMargins(double time, RunMargins& margins);
   math::Pose TargetPose(const RunMoment& moment) const;
   void AddPose(const math::Pose& X);
 
@@ -81,9 +75,8 @@ class RunRecorder {
   std::unique_ptr<LogStream> stream_;
   std::vector<const scene::Object*> moving_;  // That may move: the others' transforms are written once.
   std::vector<Arm> arms_;
-  std::vector<std::vector<MarginInterval>> margins_;  // By group.
-  size_t margins_written_ = 0;                        // In the present template.
-  bool margins_seen_ = false;                         // Since the last sample.
+  std::vector<std::string> margin_names_;  // In the present template.
+  bool margins_seen_ = false;              // Measured since the last sample.
   int transforms_ = -1, joints_ = -1, commands_ = -1, margins_template_ = -1;
   std::string modes_;  // Of commands, in the present template.
   std::vector<double> numbers_;
