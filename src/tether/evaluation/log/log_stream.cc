@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kLook = std::chrono::milliseconds(20);    // Between looks at the queue: a chunk each.
+constexpr auto kLook = std::chrono::milliseconds(30);    // Between looks at the queue: a chunk each.
 constexpr auto kRetry = std::chrono::milliseconds(500);  // After writing failed.
 constexpr size_t kChunkBytes = size_t{1} << 19;          // A chunk is closed when it is larger.
 constexpr size_t kMostUnwritten = size_t{64} << 20;      // Bytes kept for a disk that has no room.
