@@ -179,7 +179,8 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (FindAllowed()) NameAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
-  command->torque = controller_.Compute(state_, target);
+  carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
+  command->torque = limiter_->Limit(state_, controller_.Compute(state_, target), &carried_torque_);
   WatchController();
 }
 
@@ -188,10 +189,10 @@ void ReferenceServo::WatchController() {
   if (flags.fault && !fault_reported_) {
     s_.Record(EventKind::kSafety, "the robot's state is not finite; the arm is braked");
   }
-  if (flags.joint_limit && !limit_reported_)
+  if ((flags.joint_limit || limiter_->flags().motion) && !limit_reported_)
     s_.Record(EventKind::kSafety, "a joint is braked before its limit");
   fault_reported_ = flags.fault;
-  limit_reported_ = limit_reported_ || flags.joint_limit;
+  limit_reported_ = limit_reported_ || flags.joint_limit || limiter_->flags().motion;
 }
 
 }  // namespace tether::execution
