@@ -105,7 +105,7 @@ Progress Sequencer::RunVerb() {
     Progress operator()(const planning::WaitVerb& verb) { return sequencer.Wait(verb); }
   };
   if (!entered_) verb_start_ = s_.time;
-  return std::visit(Run{*this}, s_.verbs()[static_cast<size_t>(s_.verb)]);
+  return std::visit(Run{*this}, s_.present_verb());
 }
 
 void Sequencer::Advance() {
@@ -187,9 +187,9 @@ bool Sequencer::TryAlternative(std::string* why) {
     return false;
   }
   const int action = s_.plan_step().action_index;
-  const std::string blocked = s_.plan.actions[static_cast<size_t>(action)];
+  const std::string blocked = s_.plan.actions[ToIndex(action)];
   planning::Plan next = s_.plan;
-  next.actions.resize(static_cast<size_t>(action));
+  next.actions.resize(ToIndex(action));
   const auto found = options_.alternative(next.actions, blocked, *why);
   if (!found) return false;
   next.actions.insert(next.actions.end(), found->begin(), found->end());
@@ -208,9 +208,9 @@ bool Sequencer::TryAlternative(std::string* why) {
                    [&](const planning::PlanStep& step) { return step.action_index >= action; });
   s_.step = static_cast<int>(first - s_.plan.steps.begin());
   s_.records.resize(s_.steps.size());
-  for (size_t i = static_cast<size_t>(s_.step); i < s_.records.size(); ++i) {
+  for (int i = s_.step; i < s_.records.next_id(); ++i) {
     s_.records[i] = {};
-    s_.records[i].step = static_cast<int>(i);
+    s_.records[i].step = i;
   }
   if (s_.held != kNone && s_.held != held_before_) {
     // It was grasped by the action that is given up.

@@ -44,7 +44,7 @@ class Sequencer : public PlanRunner {
   int step() const override { return s_.step; }
   const std::string& held() const override;
   const std::vector<Event>& events() const override { return s_.events; }
-  const std::vector<StepRecord>& records() const override { return s_.records; }
+  const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
   const std::vector<std::pair<std::string, std::string>>& allowed() const override {
@@ -74,7 +74,7 @@ class Sequencer : public PlanRunner {
 
   // sequencer_sensing.cc
   void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
-  void Track(size_t object, const math::Pose* measured, bool news);
+  void Track(ObjectId object, const math::Pose* measured, bool news);
 
   // sequencer_grasp.cc
   Progress Grip(const planning::GripperVerb& verb);
@@ -92,8 +92,8 @@ class Sequencer : public PlanRunner {
   const SequencerOptions options_;
   robot::Commands commands_;
 
-  std::vector<FrameTracker> trackers_;
-  std::vector<bool> invalid_;  ///< By object: its last pose was not finite.
+  IndexedVector<ObjectId, FrameTracker> trackers_;
+  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   bool sensed_ = false;
   bool started_ = false;
@@ -102,9 +102,9 @@ class Sequencer : public PlanRunner {
   double verb_start_ = 0;
   double last_opening_ = 0;
   double quiet_since_ = 0;
-  double held_width_ = 0;    ///< Between the fingers as it was grasped, m.
-  double lost_since_ = -1;   ///< The grasp looks lost since then, s; −1: it does not.
-  int held_before_ = kNone;  ///< What the hand held when the present action began.
+  double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
+  double lost_since_ = -1;  ///< The grasp looks lost since then, s; −1: it does not.
+  ObjectId held_before_;    ///< What the hand held when the present action began.
   int retry_count_ = 0;
   double last_retry_ = -std::numeric_limits<double>::infinity();
   std::optional<Progress> waiting_;  ///< A failure whose retry is not due yet.
