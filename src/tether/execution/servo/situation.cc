@@ -47,6 +47,12 @@ Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
       records(steps.size()) {
   for (size_t i = 0; i < objects.size(); ++i) objects[i].X = scene.InitialPose(scene.objects[i].name);
   for (size_t i = 0; i < records.size(); ++i) records[i].step = static_cast<int>(i);
+  for (const scene::Robot& other : scene.robots) {
+    if (other.name == robot) continue;
+    const auto found = models.find(other.name);
+    if (found == models.end()) continue;
+    others.push_back({other.name, found->second, scene.InitialPose(other.name), found->second->home()});
+  }
 }
 
 void Situation::Record(EventKind kind, std::string text) {
