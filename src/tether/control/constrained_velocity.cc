@@ -16,6 +16,8 @@ using nlp::Unit;
 constexpr double kPostureShare = 8;
 // Directions of joint space that change the goal's functions by less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
+// Of the joints' greatest velocities, for what the servo overshoots; of their greatest accelerations, to stop with.
+constexpr double kWithinLimit = 0.99, kStop = 0.7;
 // A row violated by less than this counts as held, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
@@ -40,6 +42,7 @@ void VelocityOptions::Validate() const {
   require("buffer", buffer, true);
   require("angle_buffer", angle_buffer, true);
   require("velocity_share", velocity_share, false);
+  require("servo_overshoot", servo_overshoot, true);
   require("ramp", ramp, true);
   require("period", period, false);
   require("self_distance", self_distance, true);
@@ -140,7 +143,8 @@ void ConstrainedVelocity::Impl::AddRedundancy() {
   g.noalias() -= 2 * options.damping * kFree * free_velocity;
 }
 
-void ConstrainedVelocity::Impl::SetBounds() {
+void ConstrainedVelocity::Impl::SetBounds(const Eigen::VectorXd* v) {
+  const bool measured = v != nullptr && v->size() == n && v->allFinite();
   for (int i = 0; i < n; ++i) {
     const double most = std::min(1.0, options.velocity_share) * model->max_velocity()[i];
     // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
@@ -152,6 +156,16 @@ void ConstrainedVelocity::Impl::SetBounds() {
     // A joint beyond its limit comes back slowly.
     lower[i] = std::min(lower[i], std::min(options.escape_speed, most));
     upper[i] = std::max(upper[i], -std::min(options.escape_speed, most));
+    // No change is asked for that the servo overshoots the limit with, or that the joint has no acceleration for.
+    if (measured) {
+      const double least = kWithinLimit * model->max_velocity()[i], now = (*v)[i];
+      const double over = 1 + options.servo_overshoot;
+      lower[i] = std::max(lower[i], std::min(now - (now + least) / over, upper[i]));
+      upper[i] = std::min(upper[i], std::max(now + (least - now) / over, lower[i]));
+    }
+    const double hardest = options.ramp > 0 ? model->max_acceleration()[i] * options.period : 1e3;
+    lower[i] = std::min(std::max(lower[i], qdot[i] - hardest), qdot[i] + hardest);
+    upper[i] = std::max(std::min(upper[i], qdot[i] + hardest), qdot[i] - hardest);
     // Limits come first: where the last velocity is beyond them, all of the change is allowed.
     const double change = options.ramp > 0 ? model->max_velocity()[i] * options.period / options.ramp : 1e3;
     smooth_lower[i] = std::clamp(qdot[i] - change, lower[i], upper[i]);
@@ -159,9 +173,13 @@ void ConstrainedVelocity::Impl::SetBounds() {
   }
 }
 
+// As fast as the joints can stop: a servo that is asked to stand at once overshoots.
 void ConstrainedVelocity::Impl::Fault() {
   flags.fault = true;
-  qdot.setZero();
+  for (int i = 0; i < n; ++i) {
+    const double most = kStop * model->max_acceleration()[i] * options.period;
+    qdot[i] -= Clamp(qdot[i], most);
+  }
 }
 
 void ConstrainedVelocity::Impl::Solve() {
@@ -270,6 +288,10 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
     s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
   }
   s.ClearDust();
+  if (!s.rows_finite) {
+    s.Fault();
+    return s.qdot;
+  }
   s.FindViolation();
   if (goal != nullptr) s.AddGoal(*goal);
   if (goal != nullptr && goal->posture.size() == s.n) {
@@ -278,7 +300,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
     s.AddRedundancy();
   }
   s.H.diagonal().array() += 2 * s.options.damping;
-  s.SetBounds();
+  s.SetBounds(input.v);
   s.Solve();
   return s.qdot;
 }

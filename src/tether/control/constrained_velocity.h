@@ -25,8 +25,11 @@ struct VelocityOptions {
   double joint_margin = 0;  ///< From the limits towards the middle of the range (ERRATA B2), rad.
   double buffer = 0.002;    ///< Added to each safe distance, for the lag of the arm's servo, m …
   double angle_buffer = 0.005;   ///< … and to each angle, rad.
-  double velocity_share = 0.95;  ///< Of the joints' greatest velocities: servos overshoot.
-  double ramp = 0.2;             ///< Time from rest to a joint's greatest velocity, s; 0: no bound.
+  double velocity_share = 0.95;  ///< Of the joints' greatest velocities.
+  /// What the robot's servo overshoots a change of velocity by, as a share of the change: commands keep so
+  /// far from the limits that the joints stay within them.
+  double servo_overshoot = 0.16;
+  double ramp = 0.2;  ///< Time from rest to a joint's greatest velocity, s; 0: no bound on changes at all.
   double period = 0.005;         ///< Between ticks, s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.15;           ///< Pairs further apart than their safe distance and this get no row, m.
@@ -89,11 +92,13 @@ struct VelocityInput {
   const Eigen::VectorXd& q;             ///< n, rad
   double opening = 0;                   ///< Of the gripper, m.
   std::span<const MovingPose> objects;  ///< In the world, in the order they were given.
+  const Eigen::VectorXd* v = nullptr;   ///< n, rad/s, as measured; null: not known.
 };
 
 /// What happened in the last tick besides following the goal.
 struct VelocityFlags {
-  bool fault = false;     ///< The input was not finite or the problem has no solution: the arm stops.
+  bool fault = false;  ///< The input or a row was not finite, or the problem has no solution: the arm stops, on
+                       ///< a ramp.
   bool relaxed = false;   ///< Rows conflicted; the largest violation was minimised.
   bool escaping = false;  ///< A constraint is violated; it is left at a bounded speed.
   int worst = -1;         ///< The constraint of the most violated row, for constraint_name().
@@ -106,8 +111,8 @@ struct VelocityFlags {
 ///
 /// with λ ‖q̇ − N q̇_p‖² in place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their limits,
 /// N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal nothing;
-/// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity and position
-/// limits (ERRATA B2), which always hold. Where the rows conflict, the largest violation is minimised level
+/// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity, position (ERRATA
+/// B2) and acceleration limits, which always hold, whatever the robot's servo overshoots. Where the rows conflict, the largest violation is minimised level
 /// by level: priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than
 /// `ramp` allows, unless a row needs it: a servo that is asked for jumps overshoots.
 ///

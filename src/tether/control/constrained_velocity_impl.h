@@ -33,7 +33,7 @@ struct ConstrainedVelocity::Impl {
   bool TakeInput(const VelocityInput& input);
   /// Leads joints away from their limits in the null space of the goal, whose rows alone are in H.
   void AddRedundancy();
-  void SetBounds();
+  void SetBounds(const Eigen::VectorXd* v);
   void Solve();
   /// Where no velocity keeps all rows and bounds.
   void SolveConflict();
@@ -54,7 +54,8 @@ struct ConstrainedVelocity::Impl {
   double Side(const Row& row) const {
     return std::min(-options.field_gain * row.value, options.escape_speed) - row.drift;
   }
-  /// Sets derivatives at the level of rounding to zero: the arm can't change these rows.
+  /// Sets derivatives at the level of rounding to zero: the arm can't change these rows. Notes rows that are
+  /// not finite.
   void ClearDust();
   Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
     return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
@@ -77,6 +78,7 @@ struct ConstrainedVelocity::Impl {
   std::vector<Row> rows;
   std::vector<double> jacobians;  ///< n per row
   int num_rows = 0;
+  bool rows_finite = true;
   std::vector<int> levels;
   std::unique_ptr<qp::Problem> problem, conflict_problem;
   std::unique_ptr<qp::Solver> solver;

@@ -94,7 +94,6 @@ void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
   const double buffer =
       spec.buffer.value_or(spec.function->unit() == Unit::kMetre ? options.buffer : options.angle_buffer);
   for (int r = 0; r < field.r.size(); ++r) {
-    if (!std::isfinite(field.r[r])) continue;
     double* row = NewRow(
         {constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), buffer, spec.priority, -1, -1});
     Chain(field.J, r, X[1], n, row);
@@ -155,9 +154,16 @@ double ConstrainedVelocity::Impl::ExtraViolation(Unit unit) const {
 
 void ConstrainedVelocity::Impl::ClearDust() {
   const size_t size = static_cast<size_t>(num_rows) * static_cast<size_t>(n);
+  double sum = 0;  // not finite if one of its terms isn't
   for (size_t i = 0; i < size; ++i) {
     if (std::abs(jacobians[i]) < kDust) jacobians[i] = 0;
+    sum += 0 * jacobians[i];
   }
+  for (int r = 0; r < num_rows; ++r) {
+    const Row& row = rows[static_cast<size_t>(r)];
+    sum += 0 * (row.value + row.drift);
+  }
+  rows_finite = sum == 0;
 }
 
 void ConstrainedVelocity::Impl::FindViolation() {

@@ -12,7 +12,7 @@
 #include "tether/common/log.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
-#include "tether/evaluation/margins/torque_margins.h"
+#include "tether/evaluation/margins/run_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan_file.h"
@@ -28,8 +28,8 @@ using Clock = std::chrono::steady_clock;
 
 // Between samples of the log, s.
 constexpr double kLogPeriod = 0.05;
-// Distances above this are not measured, m; of torque runs, which have a tick each millisecond, above kNear.
-constexpr double kFarAway = 0.9, kNear = 0.2;
+// Margins above this were not measured.
+constexpr double kNotMeasured = 1e200;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -43,16 +43,11 @@ class Run {
         period_(1.0 / scenario.execution.rate),
         world_(scene, scenario.models),
         runner_(MakeRunner(scenario, scene, task, plan, options)),
-        margins_(scene, scenario.models, runner_->plan().robot, MeasuredConstraints(scenario, scene),
-                 UsesTorques(scenario) ? kNear : 1.0),
+        margins_(scenario, scene, *runner_, period_),
         cost_(plan.cost),
         done_(options.events.size(), false) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
     if (goal) temporal_judge_.emplace(scene, task, *goal);
-    if (UsesTorques(scenario)) {
-      torque_margins_.emplace(scenario.models.at(runner_->plan().robot), scenario.execution.max_force,
-                              period_);
-    }
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -81,10 +76,7 @@ class Run {
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
     report_.margins = margins_.margins();
-    if (torque_margins_) {
-      const std::vector<Margin>& more = torque_margins_->margins();
-      report_.margins.insert(report_.margins.end(), more.begin(), more.end());
-    }
+    report_.forces = margins_.forces();
     return std::move(report_);
   }
 
@@ -121,6 +113,7 @@ class Run {
     options.constrained = settings.controller == "constrained_torque";
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
+    options.servo.max_force_where = settings.max_force_where;
     return options;
   }
 
@@ -157,8 +150,7 @@ class Run {
     world_.Observe(&observations_);
     const robot::Commands& commands = runner_->Step(truth_, observations_);
     if (runner_->running()) {
-      margins_.Observe(truth_, observations_, *runner_);
-      if (torque_margins_) ObserveTorques(commands);
+      margins_.Observe(world_, truth_, observations_, commands, *runner_);
       if (options_.log) Log();
     }
     FeedJudge();
@@ -169,34 +161,6 @@ class Run {
       std::this_thread::sleep_until(
           begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
     }
-  }
-
-  static bool UsesTorques(const scenario::Scenario& scenario) {
-    return scenario.execution.controller != "constrained_velocity";
-  }
-  static std::vector<control::ConstraintSpec> MeasuredConstraints(const scenario::Scenario& scenario,
-                                                                  const scene::Scene& scene) {
-    if (!UsesTorques(scenario)) return scenario.control_constraints;
-    return execution::TorqueConstraints(scenario.control_constraints, scene);
-  }
-
-  void ObserveTorques(const robot::Commands& commands) {
-    const std::string& robot = runner_->plan().robot;
-    const std::string& held = runner_->held();
-    const auto allowed = [&](const std::string& a, const std::string& b) {
-      return std::any_of(runner_->allowed().begin(), runner_->allowed().end(), [&](const auto& pair) {
-        return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
-      });
-    };
-    unintended_.clear();
-    for (const scene::Object& object : scene_.objects) {
-      if (object.name != held && !allowed("hand", object.name)) {
-        unintended_.push_back({robot, object.name, world_.ContactForce(robot, object.name)});
-      }
-      if (held.empty() || object.name == held || allowed(held, object.name)) continue;
-      unintended_.push_back({held, object.name, world_.ContactForce(held, object.name)});
-    }
-    torque_margins_->Observe(world_.time(), commands.at(robot).torque, unintended_);
   }
 
   /// Adds a sample to the log, twenty times a second.
@@ -222,8 +186,9 @@ class Run {
     log.times.push_back(world_.time());
     for (size_t i = 0; i < margins.size(); ++i) {
       const double value = margins[i].last;
-      log.series[i].values.push_back(value < kFarAway ? value : std::nan(""));
+      log.series[i].values.push_back(value < kNotMeasured ? value : std::nan(""));
     }
+    margins_.ForgetLast();
     const Eigen::VectorXd& q = observations_.at(runner_->plan().robot).q;
     for (int i = 0; i < model.dof(); ++i) {
       const double half = 0.5 * (model.upper()[i] - model.lower()[i]);
@@ -263,7 +228,11 @@ class Run {
       if (done_[i] || !now) continue;
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+      if (!event.robot.empty()) {
+        world_.PushArm(event.robot, event.torques, event.over);
+      } else {
+        world_.MoveObject(event.object, Goal(event), event.over, event.steady);
+      }
     }
   }
 
@@ -391,9 +360,7 @@ class Run {
   double period_;
   sim::World world_;
   std::unique_ptr<execution::PlanRunner> runner_;
-  MarginMonitor margins_;
-  std::optional<TorqueMargins> torque_margins_;
-  std::vector<PairForce> unintended_;
+  RunMargins margins_;
   std::optional<TemporalJudge> temporal_judge_;
   int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;
@@ -484,6 +451,7 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
   value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
+  value.Set("unintended_forces", WriteForces(report.forces));
   Value poses = Value::Object();
   for (const auto& [object, X_WO] : report.final_X_WO) {
     const Eigen::Quaterniond q(X_WO.R);

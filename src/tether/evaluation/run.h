@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tether/evaluation/judge.h"
+#include "tether/evaluation/margins/force_record.h"
 #include "tether/evaluation/margins/margins.h"
 #include "tether/evaluation/run_log.h"
 #include "tether/execution/sequencer/plan_runner.h"
@@ -64,6 +65,7 @@ struct RunReport {
   /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
   /// from everything that no step intends, torques, torque rates and unintended forces.
   std::vector<Margin> margins;
+  ForceSummary forces;  ///< That no step intends, while the plan ran.
   std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
   std::vector<std::string> snapshots;            ///< Files written.
   RunLog log;                                    ///< If asked for.

@@ -29,7 +29,11 @@ class EventParser {
     ObjectReader reader(value, "event", diagnostics_);
     if (const Value* when = reader.Required("when", "{starts: pick(box)} or {time: 2.0}"))
       ReadWhen(*when, event);
-    if (const Value* move = reader.Required("move", "{object: box, by: [0, 0.1, 0], over: 1.0}")) {
+    if (const Value* push = reader.Optional("push")) {
+      ReadPush(*push, event);
+      if (const Value* move = reader.Optional("move"))
+        diagnostics_.Add(move->where(), "event has both 'push' and 'move'", "one of them");
+    } else if (const Value* move = reader.Required("move", "{object: box, by: [0, 0.1, 0], over: 1.0}")) {
       ReadMove(*move, event);
     }
     reader.Finish();
@@ -102,6 +106,30 @@ class EventParser {
     for (size_t i = 1; i < words.size(); ++i) CheckFrame(words[i], value.where());
   }
 
+  void ReadPush(const Value& value, Event& event) {
+    ObjectReader reader(value, "'push' of event", diagnostics_);
+    Eigen::Index joints = 0;
+    if (const Value* robot = reader.Required("robot", "the robot whose arm is pushed")) {
+      event.robot = ReadText(*robot, "'robot' of event", diagnostics_);
+      std::vector<std::string> known;
+      for (const scene::Robot& one : names_.scene == nullptr ? std::vector<scene::Robot>{} : names_.scene->robots) {
+        known.push_back(one.name);
+        if (one.name == event.robot) joints = static_cast<Eigen::Index>(one.q.size());
+      }
+      if (names_.scene != nullptr && std::find(known.begin(), known.end(), event.robot) == known.end())
+        diagnostics_.Add(robot->where(), "unknown robot '" + event.robot + "' in event",
+                         SuggestFrom(event.robot, known));
+    }
+    if (const Value* torques = reader.Required("torques", "joint torques in Nm, one per joint")) {
+      const size_t size = joints > 0 ? static_cast<size_t>(joints) : torques->items().size();
+      if (const auto read = ReadVector(*torques, static_cast<int>(size), "'torques' of event", diagnostics_))
+        event.torques = *read;
+    }
+    if (const Value* over = reader.Required("over", "a duration in s"))
+      event.over = ReadPositive(*over, "'over' of event", diagnostics_);
+    reader.Finish();
+  }
+
   void ReadMove(const Value& value, Event& event) {
     ObjectReader reader(value, "'move' of event", diagnostics_);
     if (const Value* object = reader.Required("object", "the object to be moved")) {
@@ -157,6 +185,11 @@ class EventParser {
 }  // namespace
 
 std::string Event::Describe() const {
+  if (!robot.empty()) {
+    std::string text;
+    for (const double torque : torques) text += (text.empty() ? "(" : ", ") + Value(torque).AsText();
+    return "push " + robot + " by " + text + ") Nm over " + Value(over).AsText() + " s";
+  }
   const auto triple = [](const Eigen::Vector3d& v) {
     return "(" + Value(v.x()).AsText() + ", " + Value(v.y()).AsText() + ", " + Value(v.z()).AsText() + ")";
   };

@@ -29,6 +29,8 @@ constexpr double kSample = 0.01;
 // A ball comes from this far, and goes as far, m.
 constexpr double kHalfLength = 0.9;
 constexpr double kFirstStart = 5.0;
+// What carries an object is no further below its origin than this, and takes up a place of this radius, m.
+constexpr double kBelow = 0.3, kPlaceRadius = 0.05;
 
 std::string FreeName(const scene::Scene& scene) {
   std::string name = "obstacle";
@@ -71,6 +73,7 @@ class Layout {
         support_ = scene.FindObject(name);
     }
     for (const scene::Object& object : scene.objects) poses_.push_back(scene.InitialPose(object.name));
+    if (support_ == nullptr) FindPlacesOfObjects();
     PlaceArm(*robot);
   }
 
@@ -141,6 +144,29 @@ class Layout {
     Vector3d p;
     double radius;
   };
+
+  /// Without regions that something carries: where movable objects stand, on what is beneath the most of them.
+  void FindPlacesOfObjects() {
+    places_.clear();
+    size_t most = 0;
+    for (const scene::Object& candidate : scene_.objects) {
+      if (candidate.movable()) continue;
+      const Pose X = scene_.InitialPose(candidate.name);
+      size_t carried = 0;
+      for (size_t i = 0; i < poses_.size(); ++i) {
+        if (!scene_.objects[i].movable()) continue;
+        const auto below = geometry::CastRay(candidate.shape, X, poses_[i].p, -Vector3d::UnitZ(),
+                                             geometry::RayStart::kIgnore, kBelow);
+        carried += below.has_value() ? 1 : 0;
+      }
+      if (carried <= most) continue;
+      most = carried;
+      support_ = &candidate;
+    }
+    for (size_t i = 0; i < poses_.size(); ++i) {
+      if (scene_.objects[i].movable()) places_.push_back({poses_[i].p, kPlaceRadius});
+    }
+  }
 
   void PlaceArm(const scene::Robot& robot) {
     control::ArmBodies bodies(model_, {});

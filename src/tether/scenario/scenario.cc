@@ -62,6 +62,7 @@ class ScenarioParser {
     where_ = std::move(reading.where);
     if (const Value* actions = reader.Optional("actions")) {
       has_actions_ = true;
+      libraries_read_ = actions->is_array();
       ReadLibraries(reader.TextList("actions"), *actions);
     }
     const Value* task = reader.Optional("task");
@@ -172,6 +173,7 @@ class ScenarioParser {
     for (const Value& item : list.items()) (is_control(item) ? of_control : of_poses).Append(item);
     scenario_.control_constraints = control::ReadConstraintSpecs(
         of_control, control::ConstraintPlace::kScenario, ControlNames(scenario_.scene), diagnostics_);
+    CheckJointMargins();
     std::vector<std::string> kinds = constraints::KindNames();
     kinds.insert(kinds.end(), control_kinds.begin(), control_kinds.end());
     const auto specs =
@@ -190,6 +192,25 @@ class ScenarioParser {
       }
       CheckParameters(constraint.spec, {});
       scenario_.constraints.push_back(std::move(constraint));
+    }
+  }
+
+  /// A margin from both limits that leaves a joint nothing to move in.
+  void CheckJointMargins() {
+    for (const control::ConstraintSpec& spec : scenario_.control_constraints) {
+      if (spec.kind != "joint_limits") continue;
+      for (const auto& [name, model] : scenario_.models) {
+        for (int i = 0; i < model->dof(); ++i) {
+          const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
+          if (spec.margin < half) continue;
+          diagnostics_.Add(spec.where,
+                           "'margin' of joint_limits is " + Value(spec.margin).AsText() +
+                               " rad, which leaves " + model->joint_names()[static_cast<size_t>(i)] +
+                               " of '" + name + "' no room between its limits",
+                           "less than " + Value(half).AsText() + " rad");
+          break;
+        }
+      }
     }
   }
 
@@ -230,9 +251,10 @@ class ScenarioParser {
     ObjectReader reader(value, "'execution'", diagnostics_);
     ExecutionSettings& execution = scenario_.execution;
     execution.controller =
-        ReadChoice(reader, "controller", {"operational_space", "constrained_torque", "constrained_velocity"},
+        ReadChoice(reader, "controller", {"constrained_torque", "operational_space", "constrained_velocity"},
                    execution.controller);
     if (const Value* force = reader.Optional("max_force")) {
+      execution.max_force_where = force->where();
       execution.max_force =
           ReadPositive(*force, "'max_force' of 'execution' (N)", diagnostics_, execution.max_force);
     }

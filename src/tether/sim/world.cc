@@ -57,6 +57,7 @@ void World::Observe(robot::Observations* observations) const {
       seen.v[i] = data->qvel[robot.dof[i]];
       seen.tau_external[i] = data->qfrc_constraint[robot.dof[i]];
     }
+    if (robot.pushed.size() == n) seen.tau_external += robot.pushed;
     // What is left of the constraint torques without the joints' end stops and friction is contact.
     for (int row = 0; row < data->nefc; ++row) {
       const int type = data->efc_type[row];
@@ -154,6 +155,54 @@ double World::ContactForce(const std::string& a, const std::string& b) const {
     sum += force[0];
   }
   return sum;
+}
+
+World::Touch World::Touching(const std::string& a, const std::string& b) const {
+  const int owner_a = impl_->OwnerIndex(a);
+  const int owner_b = impl_->OwnerIndex(b);
+  const mjModel* model = impl_->model.get();
+  const mjData* data = impl_->data.get();
+  Touch touch;
+  touch.speed = -1e9;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    const int body1 = model->geom_bodyid[contact.geom1], body2 = model->geom_bodyid[contact.geom2];
+    const int first = impl_->owner[body1], second = impl_->owner[body2];
+    const bool forward = first == owner_a && second == owner_b;
+    if (!forward && !(first == owner_b && second == owner_a)) continue;
+    mjtNum force[6], velocity[6];
+    mj_contactForce(model, data, i, force);
+    touch.force += force[0];
+    const int body = forward ? body2 : body1;
+    mj_objectVelocity(model, data, mjOBJ_BODY, body, velocity, 0);
+    const Eigen::Map<const Eigen::Vector3d> w(velocity), v(velocity + 3);
+    const Eigen::Map<const Eigen::Vector3d> at(contact.pos), centre(data->xipos + 3 * body);
+    // MuJoCo's normal points from the first geom to the second.
+    const Eigen::Vector3d into = (forward ? -1 : 1) * Eigen::Map<const Eigen::Vector3d>(contact.frame);
+    touch.speed = std::max(touch.speed, (v + w.cross(at - centre)).dot(into));
+  }
+  return touch;
+}
+
+void World::PushArm(const std::string& robot, const Eigen::VectorXd& torques, double duration) {
+  Impl& world = *impl_;
+  const auto found = std::find_if(world.robots.begin(), world.robots.end(),
+                                  [&](const Impl::RobotEntry& entry) { return entry.name == robot; });
+  if (found == world.robots.end()) ThrowUnknown("robot", robot, Names(world.robots));
+  if (torques.size() != found->model->dof() || !torques.allFinite() || !std::isfinite(duration) ||
+      duration <= 0) {
+    throw InputError("a push of robot '" + robot + "' is of the wrong size or not finite",
+                     std::to_string(found->model->dof()) + " finite torques, for a time above zero");
+  }
+  found->push = torques;
+  found->push_begin = time();
+  found->push_end = time() + duration;
+}
+
+bool World::IsPushed(const std::string& robot, double after) const {
+  return std::any_of(impl_->robots.begin(), impl_->robots.end(), [&](const Impl::RobotEntry& entry) {
+    return entry.name == robot && time() < entry.push_end + after;
+  });
 }
 
 void World::PlaceObject(const std::string& object, const math::Pose& X_WO) {

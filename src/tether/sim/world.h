@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "tether/math/pose.h"
 #include "tether/robot/interface.h"
 #include "tether/robot/model.h"
@@ -57,6 +59,21 @@ class World : public robot::Interface {
   /// Sum of the normal contact forces between two bodies (object names, or robot names), N; 0 without
   /// contact.
   double ContactForce(const std::string& a, const std::string& b) const;
+
+  /// The same contact with how fast `b` moves into `a` where they touch: the fastest of their contact points,
+  /// m/s; negative where `b` moves away, however `a` moves.
+  struct Touch {
+    double force = 0;  ///< N
+    double speed = 0;  ///< m/s
+  };
+  Touch Touching(const std::string& a, const std::string& b) const;
+
+  /// A disturbance: something pushes the arm with these joint torques (n, Nm) for `duration` s (> 0), which
+  /// rise and fall over a sixth of it. It is felt in `tau_external`. A second call replaces the first. Throws
+  /// InputError for a robot that isn't there, and for torques of the wrong size or not finite.
+  void PushArm(const std::string& robot, const Eigen::VectorXd& torques, double duration);
+  /// Whether the arm is being pushed, or was within the last `after` s.
+  bool IsPushed(const std::string& robot, double after = 0) const;
 
   /// Puts an object at a pose at once, at rest. For setting up; during a run use MoveObject. Fixed objects
   /// that have a fixed object as their parent move with it, here and in MoveObject.

@@ -35,6 +35,8 @@ constexpr double kServoStiffness = 2500;
 constexpr double kServoLeash = 0.05;
 // An arm without a command floats; this much damping, in Nm s/rad, keeps it from drifting.
 constexpr double kFloatDamping = 10;
+// The share of a push in which it rises, and in which it falls.
+constexpr double kPushRamp = 1.0 / 6;
 // How fast a movable object that is driven catches up with its path, 1/s.
 constexpr double kCatchUp = 50;
 // Friction that a driven object overcomes, in its own weights.
@@ -295,11 +297,11 @@ void World::Impl::FindIds() {
 }
 
 int World::Impl::ObjectIndex(const std::string& name) const {
-  std::vector<std::string> names;
   for (size_t i = 0; i < objects.size(); ++i) {
     if (objects[i].name == name) return static_cast<int>(i);
-    names.push_back(objects[i].name);
   }
+  std::vector<std::string> names;
+  for (const ObjectEntry& object : objects) names.push_back(object.name);
   throw InputError("the world has no object '" + name + "'",
                    names.empty() ? "it has none" : SuggestFrom(name, names));
 }
@@ -421,6 +423,7 @@ void World::Impl::ApplyForces() {
       data->qfrc_applied[dof] =
           robot.commanded ? robot.torque[i] : data->qfrc_bias[dof] - kFloatDamping * data->qvel[dof];
     }
+    ApplyPush(robot);
     const robot::Gripper& gripper = robot.model->gripper();
     const size_t fingers = robot.finger_dof.size();
     const double share = std::clamp(robot.gripper.force, 0.0, gripper.max_force) / gripper.max_force;
@@ -439,6 +442,19 @@ void World::Impl::ApplyForces() {
       }
       data->qfrc_applied[robot.finger_dof[i]] = force;
     }
+  }
+}
+
+// Smooth ramps: nothing pushes at once with all its force.
+void World::Impl::ApplyPush(RobotEntry& robot) {
+  const double now = time();
+  robot.pushed.setZero(robot.model->dof());
+  if (robot.push.size() == 0 || now < robot.push_begin || now >= robot.push_end) return;
+  const double ramp = kPushRamp * (robot.push_end - robot.push_begin);
+  const double inside = std::min(now - robot.push_begin, robot.push_end - now);
+  robot.pushed = std::min(1.0, inside / ramp) * robot.push;
+  for (size_t i = 0; i < robot.dof.size(); ++i) {
+    data->qfrc_applied[robot.dof[i]] += robot.pushed[static_cast<Eigen::Index>(i)];
   }
 }
 

@@ -58,6 +58,9 @@ struct World::Impl {
     bool commanded = false;         ///< In the current period.
     bool follows_velocity = false;  ///< Its servo holds `reference`.
     robot::GripperCommand gripper;
+    Eigen::VectorXd push;  ///< Nm: what pushes the arm, at its full strength …
+    Eigen::VectorXd pushed;  ///< … and in the last step.
+    double push_begin = 0, push_end = -1e9;  ///< s
   };
 
   const scene::Scene scene;
@@ -97,6 +100,7 @@ struct World::Impl {
   void Step();
   void FollowDrives();
   void ApplyForces();
+  void ApplyPush(RobotEntry& robot);
   /// Torques of a robot's own velocity servo, which carries the arm's weight.
   void ServoVelocity(RobotEntry& robot);
   void CheckStable() const;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tether/bench/campaigns/campaign_control.h"
+#include "tether/bench/campaigns/campaign_disturbed.h"
 #include "tether/bench/campaigns/campaign_execution.h"
 #include "tether/bench/campaigns/campaign_scene.h"
 #include "tether/common/error.h"
@@ -33,6 +34,8 @@ int ScenesOf(const CampaignOptions& options, const std::string& kind) {
 std::vector<std::string> KindsOf(const std::string& campaign) {
   if (campaign == "execution") return {"reach", "stack", "clutter"};
   if (campaign == "control") return {"seeds", "moved", "crossing"};
+  if (campaign == "disturbed")
+    return {"workspace_reach", "stacking", "tool_use", "hanoi", "parts", "cups", "assistive"};
   return {"reach", "stack"};
 }
 
@@ -70,6 +73,7 @@ std::optional<Value> MeasureScene(const CampaignOptions& options, const Campaign
   if (options.name == "warm") return MeasureWarmStart(scene, measurement);
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
   if (options.name == "execution") return MeasureExecution(scene, options.no_robot, options.stop);
+  if (options.name == "disturbed") return MeasureDisturbed(scene, options.stop);
   if (options.name == "control") return MeasureControl(scene, ScenarioOf(options), options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
@@ -122,7 +126,8 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
       {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"},
       {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"},
       {"control",
-       "the velocity controller: runs from 30 seeds, 100 with an obstacle moved, 100 with one crossing"}};
+       "one scenario (the velocity controller): 30 seeds, 100 with an obstacle moved, 100 with one crossing"},
+      {"disturbed", "the shipped scenes under random disturbances, and which limits were passed; 100 of each"}};
 }
 
 void CampaignOptions::Validate() const {
@@ -144,8 +149,8 @@ void CampaignOptions::Validate() const {
   }
   if (!scenario.empty() && name != "control")
     diagnostics.Add({}, "--scenario has no effect on campaign '" + name + "'", "with campaign 'control'");
-  if (no_robot && name == "control")
-    diagnostics.Add({}, "--no-robot has no effect on campaign 'control'", "its plans are executed by an arm");
+  if (no_robot && (name == "control" || name == "disturbed"))
+    diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'", "its plans are executed by an arm");
   else if (no_robot && name != "execution")
     diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
                     "it plans without the arm anyway");

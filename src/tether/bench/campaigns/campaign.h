@@ -17,7 +17,7 @@ namespace tether::bench {
 struct CampaignOptions {
   std::string name;                ///< One of CampaignNames().
   std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter; of runs, for
-                                   /// < control: seeds, moved, crossing. Empty: all. growth has none.
+                                   /// < control: seeds, moved, crossing; of disturbed: scenarios. Empty: all. growth has none.
   std::optional<int>
       scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
   bool no_robot = false;  ///< Of execution: plan without the arm.
@@ -32,7 +32,7 @@ struct CampaignOptions {
 };
 
 /// The campaigns, each with one line of explanation: robustness, quality, warm, growth,
-/// execution, control.
+/// execution, control, disturbed.
 std::vector<std::pair<std::string, std::string>> CampaignNames();
 
 struct CampaignResult {

@@ -5,6 +5,7 @@
 
 #include "tether/bench/campaigns/campaign.h"
 #include "tether/bench/campaigns/campaign_control.h"
+#include "tether/bench/campaigns/campaign_disturbed.h"
 #include "tether/bench/campaigns/campaign_execution.h"
 #include "tether/bench/process_time.h"
 #include "tether/common/output/output_header.h"
@@ -277,6 +278,7 @@ Value SummarizeCampaign(const CampaignOptions& options, const CampaignResult& re
   for (const std::string& kind : kinds) {
     const std::vector<const Value*>& records = by_kind[kind];
     const Value summary = options.name == "control"     ? SummarizeControl(records)
+                          : options.name == "disturbed" ? SummarizeDisturbed(records)
                           : options.name == "execution" ? SummarizeExecution(records)
                           : options.name == "quality"   ? SummarizeQuality(records)
                           : options.name == "warm"      ? SummarizeWarm(records)
@@ -300,6 +302,7 @@ std::string CampaignTable(const Value& summary) {
   for (const Value& row : summary.Find("kinds")->items()) {
     text += Text(row, "kind") + ": " +
             (name == "control"     ? ControlText(row)
+             : name == "disturbed" ? DisturbedText(row)
              : name == "execution" ? ExecutionText(row)
              : name == "quality"   ? QualityText(row)
              : name == "warm"      ? WarmText(row)

@@ -153,6 +153,7 @@ class ConstrainedTorque {
     Priority priority = 0;
     int a = -1, b = -1;    ///< The bodies, of a clearance.
     bool allowed = false;  ///< The bodies may touch: no row, only watched for contact.
+    bool binding = false;  ///< It keeps the arm from accelerating as it would.
   };
   int num_rows() const;
   const Row& row(int index) const;

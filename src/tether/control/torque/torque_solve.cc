@@ -15,6 +15,8 @@ constexpr double kReached = 1e-6;
 constexpr double kNothing = 1e-3;
 // What is violated by less is at its limit, m or rad.
 constexpr double kRounding = 5e-4;
+// A row is at its bound within this, m/s² or rad/s².
+constexpr double kBinding = 1e-6;
 // No joint accelerates more, rad/s²: keeps the conflict's problem bounded.
 constexpr double kFarAway = 1e5;
 
@@ -199,6 +201,10 @@ void ConstrainedTorque::Impl::Report() {
     const double hardest = model->max_acceleration()[i];
     flags.joint_limit = flags.joint_limit || (up < hardest && qddot[i] >= up - kReached) ||
                         (down > -hardest && qddot[i] <= down + kReached);
+  }
+  for (int i = 0; i < num_chosen; ++i) {
+    const int r = chosen[static_cast<size_t>(i)];
+    rows[static_cast<size_t>(r)].binding = Jacobian(r).dot(qddot) <= sides[static_cast<size_t>(i)] + kBinding;
   }
   for (int r = 0; r < num_rows; ++r) {
     const Row& row = rows[static_cast<size_t>(r)];

@@ -7,14 +7,22 @@
 #include "tether/geometry/distance/distance.h"
 
 namespace tether::evaluation {
+namespace {
+
+// A push on the arm may make it faster than its limits by a tenth.
+constexpr double kPushed = 1.1;
+
+}  // namespace
 
 Value WriteMargin(const Margin& margin) {
-  return Value::Object()
-      .Set("name", margin.name)
-      .Set("minimum", margin.minimum)
-      .Set("unit", margin.unit)
-      .Set("time_s", margin.time)
-      .Set("what", margin.what);
+  Value value = Value::Object()
+                    .Set("name", margin.name)
+                    .Set("minimum", margin.minimum)
+                    .Set("unit", margin.unit)
+                    .Set("time_s", margin.time)
+                    .Set("what", margin.what);
+  if (margin.minimum < 0 && margin.avoidable < 1e200) value.Set("minimum_avoidable", margin.avoidable);
+  return value;
 }
 
 MarginMonitor::MarginMonitor(const scene::Scene& scene,
@@ -106,6 +114,9 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
       look(bodies_.object(held));
     }
     Take(clearance.margin, least - clearance.distance, time, what);
+    if (!avoidable_) continue;
+    double& avoidable = margins_[clearance.margin].avoidable;
+    avoidable = std::min(avoidable, least - clearance.distance);
   }
   for (const auto& [a, b] : model_->solids().pairs) {
     Take(self_, Distance(a, b, range_), time, bodies_.name(a) + " and " + bodies_.name(b));
@@ -126,12 +137,16 @@ void MarginMonitor::ObserveField(const control::FieldConstraint& field, size_t m
   Take(margin, -r.maxCoeff(), time, "");
 }
 
+void MarginMonitor::ForgetLast() {
+  for (Margin& margin : margins_) margin.last = 1e300;
+}
+
 void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
-                            const execution::PlanRunner& runner) {
+                            const execution::PlanRunner& runner, bool pushed, bool avoidable) {
   if (margins_.empty()) return;
+  avoidable_ = avoidable;
   const robot::Observation& seen = observations.at(robot_);
   if (!seen.q.allFinite()) return;
-  for (Margin& margin : margins_) margin.last = 1e300;
   const double time = truth.time;
   kinematics_.Set(seen.q);
   bodies_.PlaceArm(kinematics_, seen.gripper_opening);
@@ -158,7 +173,7 @@ void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Obse
     Take(joint_limits_,
          std::min(seen.q[i] - model_->lower()[i], model_->upper()[i] - seen.q[i]) - joint_margin_, time,
          joint);
-    Take(velocity_, model_->max_velocity()[i] - std::abs(seen.v[i]), time, joint);
+    Take(velocity_, (pushed ? kPushed : 1.0) * model_->max_velocity()[i] - std::abs(seen.v[i]), time, joint);
   }
 }
 

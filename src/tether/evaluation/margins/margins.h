@@ -24,10 +24,13 @@ struct Margin {
   std::string group;       ///< The panel in which it is drawn: "walls and table", "objects", "angles" …
   double time = 0;         ///< When, s.
   std::string what;        ///< Which bodies or joint.
-  double last = 1e300;     ///< At the last tick.
+  double last = 1e300;     ///< The least since MarginMonitor::ForgetLast().
+  /// Of a clearance: the least where the arm could vacate (VacateMonitor); 1e300: it was not asked.
+  double avoidable = 1e300;
 };
 
-/// A margin in reports and records: name, minimum, unit, time_s, what.
+/// A margin in reports and records: name, minimum, unit, time_s, what; and minimum_avoidable where a clearance
+/// is violated.
 Value WriteMargin(const Margin& margin);
 
 /// Measures margins from the true state, by the geometry of all bodies, without the controller's rows. One
@@ -41,9 +44,12 @@ class MarginMonitor {
                 const std::string& robot, const std::vector<control::ConstraintSpec>& constraints,
                 double range = 1.0);
 
-  /// One tick. Pairs that `runner` allows are left out.
+  /// One tick. Pairs that `runner` allows are left out. `pushed`: the arm is pushed, or just was; it may then
+  /// be a tenth faster than its limits. `avoidable`: the arm could vacate what it is too near to.
   void Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
-               const execution::PlanRunner& runner);
+               const execution::PlanRunner& runner, bool pushed = false, bool avoidable = true);
+  /// Begins a new interval of the log.
+  void ForgetLast();
   const std::vector<Margin>& margins() const { return margins_; }
 
  private:
@@ -74,6 +80,7 @@ class MarginMonitor {
   size_t joint_limits_ = 0, self_ = 0, velocity_ = 0;
   double joint_margin_ = 0;
   double range_;
+  bool avoidable_ = true;
 };
 
 }  // namespace tether::evaluation

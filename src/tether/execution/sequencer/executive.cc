@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "tether/common/error.h"
+#include "tether/execution/sequencer/limit_checks.h"
 #include "tether/execution/servo/reference_servo.h"
 
 namespace tether::execution {
@@ -21,6 +22,11 @@ Executive::Executive(const scene::Scene& scene,
           std::make_unique<Situation>(scene, Resolve(scene, std::move(plan)), models),
           [&](Situation& situation) {
             options.Validate();
+            RequireHoldable(scene, situation.robot, *situation.model);
+            if (options.constrained) {
+              RequireForces(scene, situation.plan, options.servo.max_force, options.servo.max_force_where,
+                            options.contact.threshold);
+            }
             return std::make_unique<ReferenceServo>(situation, models, options, options);
           },
           [scene](planning::Plan next) { return Resolve(scene, std::move(next)); }, options) {}

@@ -37,8 +37,12 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   }
   if (s_.trustworthy) {
     if (!started_) Begin();
-    if (running()) WatchGrasp();
-    if (running()) Advance();
+    if (waiting_) {
+      WaitToRetry();
+    } else {
+      if (running()) WatchGrasp();
+      if (running() && !waiting_) Advance();
+    }
   }
   servo_->Command(observations, &commands_);
   commands_.find(s_.robot)->second.gripper = s_.gripper;
@@ -129,6 +133,20 @@ void Sequencer::Abort(const Progress& progress) {
   servo_->Stop();
   if (progress.state == Progress::State::kFailed) return Fail(progress.reason);
   if (progress.state == Progress::State::kGiveUp) return GiveUp(progress.reason);
+  waiting_ = progress;
+  WaitToRetry();
+}
+
+// A retry right after another one finds what that one found: the arm rests in between.
+void Sequencer::WaitToRetry() {
+  if (s_.time < last_retry_ + options_.retry_spacing) return;
+  const Progress progress = std::move(*waiting_);
+  waiting_.reset();
+  last_retry_ = s_.time;
+  Retry(progress);
+}
+
+void Sequencer::Retry(const Progress& progress) {
   const bool recovers = options_.recovery_rise > 0;
   if (!options_.failing_action_pays) s_.step = progress.resume;
   if (progress.open && !recovers) {

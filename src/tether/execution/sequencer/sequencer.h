@@ -65,6 +65,8 @@ class Sequencer : public PlanRunner {
   void FinishStep();
   void Finish(const std::string& text);
   void Abort(const Progress& progress);
+  void WaitToRetry();
+  void Retry(const Progress& progress);
   void Recover(bool open);
   void GiveUp(const std::string& reason);
   bool TryAlternative(std::string* why);
@@ -104,6 +106,8 @@ class Sequencer : public PlanRunner {
   double lost_since_ = -1;   ///< The grasp looks lost since then, s; −1: it does not.
   int held_before_ = kNone;  ///< What the hand held when the present action began.
   int retry_count_ = 0;
+  double last_retry_ = -std::numeric_limits<double>::infinity();
+  std::optional<Progress> waiting_;  ///< A failure whose retry is not due yet.
   int replans_ = 0;
 };
 

@@ -38,6 +38,7 @@ struct SequencerOptions {
   double stall_time = 1.5;        ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;       ///< s
   int max_retries = 2;            ///< Per action.
+  double retry_spacing = 1;       ///< No retry begins sooner after the last one, s; the arm rests meanwhile.
   double recovery_rise = 0.08;    ///< The hand rises before a retry, m; 0: it does not. Torques only.
   /// A retry counts for the action that failed; else, for the one that is resumed. The former for torques
   /// only.

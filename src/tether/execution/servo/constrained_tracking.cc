@@ -89,16 +89,19 @@ void ReferenceServo::NameAllowed() {
   }
 }
 
+double ReferenceServo::MaxForce() const {
+  const double usual = options_.servo.max_force;
+  return s_.in_plan() ? s_.plan_step().max_force.value_or(usual) : usual;
+}
+
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   double payload = 0;
   if (s_.held != kNone)
     payload = robot::kGravity * s_.scene.objects[static_cast<size_t>(s_.held)].mass.value_or(0);
-  double max_force = options_.servo.max_force;
-  if (s_.step < static_cast<int>(s_.steps.size())) max_force = s_.plan_step().max_force.value_or(max_force);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
   command->torque =
       servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, touching_,
-                       payload, max_force, transit_.active() ? &joints : nullptr});
+                       payload, MaxForce(), transit_.active() ? &joints : nullptr});
   WatchServo();
 }
 

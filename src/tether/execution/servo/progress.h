@@ -67,6 +67,8 @@ class ProgressWatch {
   bool Late(double time) const { return time - start_ > options_.verb_timeout; }
   bool Stalled(double time) const { return time - progress_ >= options_.stall_time || Late(time); }
   double start() const { return start_; }
+  /// How long there has been no progress, s.
+  double quiet(double time) const { return time - progress_; }
 
  private:
   Options options_;

@@ -128,11 +128,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
   now_.X_TG.R = R * X_TR.R;
   now_.X_TG.p = X_TC.p + share * (forward * n + beside) + R * (X_TR.p - X_TC.p);
   now_.speed = verb.speed;
-  if (OutOfReach(now_.X_TG)) {
-    return Progress::Retry(EventKind::kStalled,
-                           "'" + s_.plan_step().target + "' is where the arm can't reach the pose",
-                           s_.current().action_start, false);
-  }
+  if (OutOfReach(now_.X_TG)) return BeyondReach(s_.current().action_start);
 
   // The reference moves as long as something is lacking: only the object tells of progress.
   const double left = (X_TC.p - X_TC_goal.p).norm();
@@ -144,7 +140,8 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
     now_.entered = false;
     return Progress::Running();
   }
-  return Progress::Retry(EventKind::kStalled, "the push stalled " + Length(left) + " from its pose",
+  return Progress::Retry(EventKind::kStalled,
+                         "the push stalled " + Length(left) + " from its pose" + WhatHoldsUp(),
                          s_.current().action_start, false);
 }
 

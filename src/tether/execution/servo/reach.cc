@@ -21,8 +21,14 @@ constexpr double kEarlyContact = 0.03;
 // A stalled reach that is this near counts as done: the next verbs show whether it was near enough.
 constexpr double kNearlyThere = 0.015;      // m
 constexpr double kNearlyThereAngle = 0.15;  // rad
-// A pose so far outside the reach is not tried, m.
-constexpr double kBeyondReach = 0.1;
+// Beyond the proved bound of the reach by this, a pose is not tried, m.
+constexpr double kBeyondReach = 0.01;
+// Without progress for so long, it is asked whether the arm can reach the pose at all, s; and again once the
+// pose has moved by this, m and rad.
+constexpr double kAskAfter = 0.4;
+constexpr double kMoved = 0.02, kTurned = 0.1;
+// A hand that moves faster than this relative to its target has not stalled, m/s and rad/s.
+constexpr double kMoving = 0.01, kTurning = 0.05;
 // Time constant with which slip in the hand is followed, s.
 constexpr double kSlipTime = 0.05;
 
@@ -75,9 +81,16 @@ std::pair<double, double> ReferenceServo::ToolError(const math::Pose& X_TTool_go
   return {(X_TTool.p - X_TTool_goal.p).norm(), math::AngleBetween(X_TTool.R, X_TTool_goal.R)};
 }
 
+math::Vector6d ReferenceServo::HandVelocity() const {
+  math::Vector6d V = V_WF(frame_);
+  V.head<3>() += V.tail<3>().cross(s_.X_WH.p - X_WF(frame_).p);
+  return s_.V_WH - V;
+}
+
+// The measured hand counts, not the reference: that may go on while something holds the hand up.
 bool ReferenceServo::Stalled(double error) {
-  const bool moving = reference_.V_TR().head<3>().norm() > 0.01 || reference_.V_TR().tail<3>().norm() > 0.05;
-  watch_.Observe(error, s_.time, moving);
+  const math::Vector6d V = HandVelocity();
+  watch_.Observe(error, s_.time, V.head<3>().norm() > kMoving || V.tail<3>().norm() > kTurning);
   return watch_.Stalled(s_.time);
 }
 
@@ -121,10 +134,32 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
   now_.funnel_T = stretch.normalized();
 }
 
-bool ReferenceServo::OutOfReach(const math::Pose& X_TH) const {
-  const robot::Reach& reach = s_.model->reach();
+// Whether no joint positions within their limits bring the hand there: proved by the lengths of the links, or
+// what a search says that is made once there is no progress.
+bool ReferenceServo::OutOfReach(const math::Pose& X_TH) {
   const math::Pose X_BH = math::Between(s_.X_WB, X_WF(frame_) * X_TH);
-  return (X_BH * reach.wrist_hand - reach.centre).norm() > reach.max + kBeyondReach;
+  const robot::OuterReach& outer = s_.model->outer_reach();
+  lacking_ = (X_BH * outer.p_HW - outer.centre).norm() - outer.radius;
+  if (lacking_ > kBeyondReach) return true;
+  const bool elsewhere = (reach_search_.X_BH().p - X_BH.p).norm() > kMoved ||
+                         math::AngleBetween(reach_search_.X_BH().R, X_BH.R) > kTurned;
+  if (elsewhere) reach_search_.Stop();
+  const bool known = s_.in_plan() && s_.plan_step().q.size() == s_.q.size();
+  if (reach_search_.state() == ReachSearch::State::kIdle && watch_.quiet(s_.time) > kAskAfter)
+    reach_search_.Start(X_BH, s_.q, known ? s_.plan_step().q : s_.q);
+  reach_search_.Advance();
+  lacking_ = reach_search_.nearest_m();
+  return reach_search_.state() == ReachSearch::State::kOutOfReach;
+}
+
+Progress ReferenceServo::BeyondReach(int resume) {
+  now_.X_TG = reference_.X_TR();
+  return Progress::Retry(EventKind::kStalled,
+                         "'" + s_.plan_step().target +
+                             "' is where the arm can't reach the pose: within its joints' limits the hand "
+                             "comes no nearer than " +
+                             Length(lacking_),
+                         resume, false);
 }
 
 Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
@@ -149,11 +184,7 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   const math::Pose X_TTool = ToolGoal(verb);
   now_.X_TG = X_TTool * X_ToolHand_;
   WatchTransit(verb);
-  if (OutOfReach(now_.X_TG)) {
-    return Progress::Retry(EventKind::kStalled,
-                           "'" + s_.plan_step().target + "' is where the arm can't reach the pose", s_.step,
-                           false);
-  }
+  if (OutOfReach(now_.X_TG)) return BeyondReach(s_.step);
   const auto [position_error, rotation_error] = ToolError(X_TTool);
   s_.records[static_cast<size_t>(s_.step)].position_error = position_error;
   s_.records[static_cast<size_t>(s_.step)].rotation_error = rotation_error;
@@ -163,15 +194,13 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
       (reference_.X_TR().p - now_.X_TG.p).norm() < std::max(kArrived, 0.2 * verb.position_tolerance) &&
       math::AngleBetween(reference_.X_TR().R, now_.X_TG.R) <
           std::max(kArrivedAngle, 0.2 * verb.rotation_tolerance);
-  const math::Vector6d V_WT = V_WF(frame_);
-  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(s_.X_WH.p - X_WF(frame_).p);
-  const bool slow =
-      (s_.V_WH.head<3>() - v_rest).norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
+  const bool slow = HandVelocity().head<3>().norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
   if (arrived && slow && there) return Progress::Done();
 
   if (!Stalled(position_error + 0.2 * rotation_error)) return Progress::Running();
-  const std::string where = Length(position_error) + " from its pose";
+  const bool turned = rotation_error > verb.rotation_tolerance;
+  const std::string where = Deviation(position_error, turned ? rotation_error : 0) + " from its pose";
   if (position_error < std::max(kNearlyThere, verb.position_tolerance) &&
       rotation_error < std::max(kNearlyThereAngle, verb.rotation_tolerance)) {
     s_.Record(EventKind::kStalled, "the reach ends " + where);
@@ -185,7 +214,7 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
     watch_.Excuse(s_.time);
     return Progress::Running();
   }
-  return Progress::Retry(EventKind::kStalled, "the reach stalled " + where, s_.step,
+  return Progress::Retry(EventKind::kStalled, "the reach stalled " + where + WhatHoldsUp(), s_.step,
                          s_.current().tool == kNone);
 }
 
@@ -205,7 +234,9 @@ Progress ReferenceServo::ReachUntilContact(const planning::ReachVerb& verb, doub
   const double ahead = (X_TH_goal.p - X_TH.p).dot(now_.approach_T);
   const double limit = std::max(kEarlyContact, verb.position_tolerance);
   if (ahead > limit) {
-    return Progress::Retry(EventKind::kStalled, "contact " + Length(ahead) + " before the pose", s_.step,
+    const std::string what = felt ? "contact " : "the reach stalled ";
+    return Progress::Retry(EventKind::kStalled,
+                           what + Length(ahead) + " before the pose" + (felt ? "" : WhatHoldsUp()), s_.step,
                            s_.current().tool == kNone);
   }
   if (felt) {
@@ -231,15 +262,12 @@ Progress ReferenceServo::Shift(const planning::ShiftVerb& verb) {
     now_.X_TG.p += R * verb.by;
   }
   GoAlong();
-  const math::Pose X_WT = X_WF(frame_);
-  const math::Vector6d V_WT = V_WF(frame_);
-  const double error = (s_.X_WH.p - X_WT * now_.X_TG.p).norm();
+  const double error = (s_.X_WH.p - X_WF(frame_) * now_.X_TG.p).norm();
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.2 * kShiftTolerance;
-  const Eigen::Vector3d v_rest = V_WT.head<3>() + V_WT.tail<3>().cross(s_.X_WH.p - X_WT.p);
-  if (arrived && error < kShiftTolerance && (s_.V_WH.head<3>() - v_rest).norm() < 2 * kSlow)
+  if (arrived && error < kShiftTolerance && HandVelocity().head<3>().norm() < 2 * kSlow)
     return Progress::Done();
   if (!Stalled(error)) return Progress::Running();
-  s_.Record(EventKind::kStalled, "the shift ends " + Length(error) + " from where it led");
+  s_.Record(EventKind::kStalled, "the shift ends " + Length(error) + " from where it led" + WhatHoldsUp());
   ResetReferenceToHand();
   return Progress::Done();
 }

@@ -43,6 +43,7 @@ ReferenceServo::ReferenceServo(Situation& situation,
       posture_search_(s_.model),
       transit_(s_, options_.arm),
       reference_arm_(s_.model),
+      reach_search_(s_.model),
       contact_(options_.contact),
       carried_(s_.objects.size()),
       watch_(shared_.watch()),
@@ -57,7 +58,12 @@ ReferenceServo::ReferenceServo(Situation& situation,
   named_.reserve(most_touching);
   allowed_.reserve(most_touching);
   supports_.reserve(s_.scene.objects.size());
-  if (options_.constrained) MakeServo();
+  if (options_.constrained) {
+    MakeServo();
+  } else {
+    limiter_.emplace(s_.model, control::LimiterOptions{.period = shared_.period});
+  }
+  carried_torque_.setZero(s_.model->dof());
   for (const auto& robot : s_.scene.robots) {
     if (robot.name == s_.robot) continue;
     const auto& model = models.at(robot.name);
@@ -65,6 +71,8 @@ ReferenceServo::ReferenceServo(Situation& situation,
                            robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
                            control::OperationalSpaceController(model, options_.gains, model->home()),
                            {},
+                           std::make_unique<control::TorqueLimiter>(
+                               model, control::LimiterOptions{.period = shared_.period}),
                            false});
   }
 }
@@ -146,7 +154,8 @@ void ReferenceServo::CommandOthers(const robot::Observations& observations, robo
       other.controller.set_posture(found->second.q);
       command.gripper.opening = found->second.gripper_opening;
     }
-    command.torque = other.controller.Compute(other.state, other.target);
+    command.torque =
+        other.limiter->Limit(other.state, other.controller.Compute(other.state, other.target));
   }
 }
 

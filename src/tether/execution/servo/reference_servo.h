@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "tether/control/operational_space.h"
+#include "tether/control/torque/torque_limiter.h"
 #include "tether/execution/observer/contact_detector.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/posture_search.h"
+#include "tether/execution/reference/reach_search.h"
 #include "tether/execution/reference/transit.h"
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/arm_transit.h"
@@ -28,6 +30,7 @@ struct Neighbour {
   robot::State state;
   control::OperationalSpaceController controller;
   control::HandTarget target;
+  std::unique_ptr<control::TorqueLimiter> limiter;
   bool started = false;
 };
 
@@ -110,6 +113,8 @@ class ReferenceServo final : public Servo {
   void NameAllowed();
   /// What the held object stood on, until it is clear of it.
   void WatchSupports();
+  /// What the present step may press with, N.
+  double MaxForce() const;
   void CommandConstrained(const control::HandTarget& target, robot::Command* command);
   void WatchServo();
 
@@ -120,9 +125,14 @@ class ReferenceServo final : public Servo {
   void EnterReach(const planning::ReachVerb& verb);
   Progress ReachUntilContact(const planning::ReachVerb& verb, double position_error, double rotation_error);
   math::Pose ToolGoal(const planning::ReachVerb& verb) const;
-  bool OutOfReach(const math::Pose& X_TH) const;
+  bool OutOfReach(const math::Pose& X_TH);
+  Progress BeyondReach(int resume);
+  /// Of the hand relative to the frame that the reference lives in, in the world: m/s, rad/s.
+  math::Vector6d HandVelocity() const;
   std::pair<double, double> ToolError(const math::Pose& X_TTool_goal) const;
   bool Stalled(double error);
+  /// Why the hand comes no nearer, to follow how far it is: ": held up by the hand near 'bench'", or empty.
+  std::string WhatHoldsUp() const;
   void Hold();
 
   // arm_motion.cc: transits of the whole arm.
@@ -172,7 +182,9 @@ class ReferenceServo final : public Servo {
 
   robot::State state_;
   control::OperationalSpaceController controller_;
-  std::optional<TorqueServo> servo_;                          ///< In place of `controller_`.
+  std::optional<TorqueServo> servo_;                          ///< In place of `controller_` …
+  std::optional<control::TorqueLimiter> limiter_;             ///< … behind which this stands.
+  Eigen::VectorXd carried_torque_;
   std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
   std::vector<int> supports_;                                 ///< Of what is held, since it was taken.
@@ -185,6 +197,8 @@ class ReferenceServo final : public Servo {
   math::Vector6d V_BR_ = math::Vector6d::Zero();  ///< Of the hand on the transit.
   math::Pose X_BGoal_;  ///< Of the hand, as the transit was planned.
   int transits_ = 0;    ///< Planned for the present reach.
+  ReachSearch reach_search_;
+  double lacking_ = 0;  ///< To a pose that is out of reach, m.
   ContactDetector contact_;
   PoseReference reference_;
   AttachedFrame frame_;        ///< The frame T that the reference lives in.

@@ -1,6 +1,7 @@
 #include "tether/execution/servo/situation.h"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include "tether/common/error.h"
@@ -30,6 +31,11 @@ std::string Length(double metres) {
   else
     FormatInto(text, sizeof text, "%.1f m", metres);
   return text;
+}
+
+std::string Deviation(double metres, double radians) {
+  if (radians == 0) return Length(metres);
+  return Length(metres) + " and " + Fixed(radians * 180 / std::numbers::pi, 1) + " degrees";
 }
 
 Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,

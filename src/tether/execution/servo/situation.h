@@ -88,5 +88,7 @@ struct Situation {
 
 /// "12.3 mm"; from a metre on "1.2 m".
 std::string Length(double metres);
+/// "12.3 mm", with "and 4.0 degrees" if the angle (rad) is not zero.
+std::string Deviation(double metres, double radians);
 
 }  // namespace tether::execution

@@ -95,6 +95,20 @@ std::string TorqueServo::NameOf(int body) const {
   return bodies.is_object(body) ? "'" + bodies.name(body) + "'" : "the arm's " + bodies.name(body);
 }
 
+std::string TorqueServo::DescribeBinding() const {
+  std::vector<std::string> found;
+  for (int i = 0; i < controller_.num_rows() && found.size() < 3; ++i) {
+    const control::ConstrainedTorque::Row& row = controller_.row(i);
+    if (!row.binding) continue;
+    std::string what = controller_.constraint_name(row.constraint);
+    if (row.a >= 0) what = NameOf(row.a) + " near " + NameOf(row.b);
+    if (std::find(found.begin(), found.end(), what) == found.end()) found.push_back(std::move(what));
+  }
+  std::string text;
+  for (const std::string& what : found) text += (text.empty() ? "" : ", ") + what;
+  return text;
+}
+
 std::string TorqueServo::DescribeContact() const {
   const control::Contact& contact = controller_.contact();
   if (!contact.began) return {};

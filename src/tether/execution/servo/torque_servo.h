@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/common/error.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
@@ -20,6 +21,7 @@ struct TorqueServoOptions {
   /// that no step intends to touch.
   std::vector<control::ConstraintSpec> constraints;
   double max_force = 40;  ///< That the arm presses with, N.
+  Location max_force_where = {};  ///< Where a file says so.
 };
 
 /// The constraints that a torque run has: the scenario's, and where it has no `clearance`, that of links,
@@ -60,6 +62,9 @@ class TorqueServo {
   const control::ConstrainedTorque& controller() const { return controller_; }
   /// "the hand presses on 'bench' with 14 N", of the contact that began in this tick; else empty.
   std::string DescribeContact() const;
+  /// What kept the arm from accelerating in the last tick: "the hand near 'bench'", up to three, joined by
+  /// commas; empty: no constraint did.
+  std::string DescribeBinding() const;
 
  private:
   control::ConstrainedTorque Make(const TorqueServoOptions& options);

@@ -184,7 +184,9 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (s_.trustworthy) AvoidObstacles(&target);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
   if (transit_.active()) target.obstacle_weight = 0;  // The path is free.
-  command->torque = controller_.Compute(state_, target, transit_.active() ? &joints : nullptr);
+  carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
+  command->torque = limiter_->Limit(
+      state_, controller_.Compute(state_, target, transit_.active() ? &joints : nullptr), &carried_torque_);
   WatchController();
 }
 
@@ -193,10 +195,10 @@ void ReferenceServo::WatchController() {
   if (flags.fault && !fault_reported_) {
     s_.Record(EventKind::kSafety, "the robot's state is not finite; the arm is braked");
   }
-  if (flags.joint_limit && !limit_reported_)
+  if ((flags.joint_limit || limiter_->flags().motion) && !limit_reported_)
     s_.Record(EventKind::kSafety, "a joint is braked before its limit");
   fault_reported_ = flags.fault;
-  limit_reported_ = limit_reported_ || flags.joint_limit;
+  limit_reported_ = limit_reported_ || flags.joint_limit || limiter_->flags().motion;
 }
 
 }  // namespace tether::execution

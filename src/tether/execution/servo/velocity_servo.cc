@@ -143,7 +143,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 }
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
-  const control::VelocityInput input{s_.q, s_.opening, s_.objects};
+  const control::VelocityInput input{s_.q, s_.opening, s_.objects, &s_.v};
   commands->find(s_.robot)->second.velocity = controller_.Compute(input, goal_ ? &*goal_ : nullptr);
   if (!controller_.flags().fault) FindHandPose();
   WatchSafety();

@@ -1,0 +1,78 @@
+#include "tether/evaluation/margins/run_margins.h"
+
+#include <algorithm>
+
+#include "tether/execution/servo/torque_servo.h"
+
+namespace tether::evaluation {
+namespace {
+
+// Distances above this are not measured, m; of torque runs, which have a tick each millisecond, less.
+constexpr double kRange = 1.0, kNear = 0.2;
+// A push counts for so long after it, s.
+constexpr double kAfterPush = 0.1;
+// What moves into the arm faster than this is not the arm's doing, m/s.
+constexpr double kFast = 0.1;
+
+bool UsesTorques(const scenario::Scenario& scenario) {
+  return scenario.execution.controller != "constrained_velocity";
+}
+
+std::vector<control::ConstraintSpec> Measured(const scenario::Scenario& scenario, const scene::Scene& scene) {
+  if (!UsesTorques(scenario)) return scenario.control_constraints;
+  return execution::TorqueConstraints(scenario.control_constraints, scene);
+}
+
+}  // namespace
+
+RunMargins::RunMargins(const scenario::Scenario& scenario, const scene::Scene& scene,
+                       const execution::PlanRunner& runner, double period)
+    : scene_(scene),
+      robot_(runner.plan().robot),
+      uses_torques_(UsesTorques(scenario)),
+      monitor_(scene, scenario.models, robot_, Measured(scenario, scene), uses_torques_ ? kNear : kRange),
+      torques_(scenario.models.at(robot_), scenario.execution.max_force, period, uses_torques_),
+      vacate_(scene, robot_, scenario.models.at(robot_), Measured(scenario, scene), period),
+      V_WO_(scene.objects.size()) {}
+
+void RunMargins::FindUnintended(const sim::World& world, const execution::PlanRunner& runner) {
+  const std::string& held = runner.held();
+  const auto allowed = [&](const std::string& a, const std::string& b) {
+    return std::any_of(runner.allowed().begin(), runner.allowed().end(), [&](const auto& pair) {
+      return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
+    });
+  };
+  unintended_.clear();
+  const auto add = [&](const std::string& a, const std::string& b) {
+    const sim::World::Touch touch = world.Touching(a, b);
+    unintended_.push_back({a, b, touch.force, touch.speed > kFast});
+  };
+  for (const scene::Object& object : scene_.objects) {
+    if (object.name != held && !allowed("hand", object.name)) add(robot_, object.name);
+    if (!held.empty() && object.name != held && !allowed(held, object.name)) add(held, object.name);
+  }
+}
+
+void RunMargins::Observe(const sim::World& world, const scene::WorldEstimate& truth,
+                         const robot::Observations& observations, const robot::Commands& commands,
+                         const execution::PlanRunner& runner) {
+  for (size_t i = 0; i < V_WO_.size(); ++i) V_WO_[i] = world.ObjectVelocity(scene_.objects[i].name);
+  vacate_.Observe(truth, V_WO_, observations.at(robot_), runner);
+  monitor_.Observe(truth, observations, runner, world.IsPushed(robot_, kAfterPush), vacate_.could_vacate());
+  FindUnintended(world, runner);
+  torques_.Observe(truth.time, commands.at(robot_).torque, unintended_);
+}
+
+const std::vector<Margin>& RunMargins::margins() {
+  all_.clear();
+  if (uses_torques_) all_ = torques_.margins();
+  all_.insert(all_.end(), monitor_.margins().begin(), monitor_.margins().end());
+  return all_;
+}
+
+void RunMargins::ForgetLast() {
+  monitor_.ForgetLast();
+  torques_.ForgetLast();
+}
+
+}  // namespace tether::evaluation

@@ -1,0 +1,89 @@
+#include "tether/evaluation/margins/vacate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tether::evaluation {
+namespace {
+
+constexpr double kWindow = 0.5;    // s
+constexpr double kSample = 0.005;  // s, between two programs
+constexpr double kShare = 0.8;     // of the joints' greatest velocities
+constexpr double kRate = 10;       // 1/s
+
+control::ConstrainedVelocity Make(const execution::ControlScene& scene,
+                                  const std::shared_ptr<const robot::Model>& model,
+                                  const std::vector<control::ConstraintSpec>& constraints) {
+  const control::ArmBodies bodies(model, scene.solids());
+  execution::BuiltConstraints built =
+      execution::BuildConstraints(constraints, scene, bodies, model->dof());
+  control::VelocityOptions options;
+  options.field_gain = kRate;
+  options.joint_gain = kRate;
+  options.buffer = 0;
+  options.velocity_share = kShare;
+  options.ramp = 0;
+  options.escape_speed = 1e-6;  // What is violated need not be left: it must not get worse.
+  return {model,
+          scene.X_WBase(),
+          scene.solids(),
+          std::move(built.clearances),
+          {},
+          options};
+}
+
+}  // namespace
+
+VacateMonitor::VacateMonitor(const scene::Scene& scene, const std::string& robot,
+                             const std::shared_ptr<const robot::Model>& model,
+                             const std::vector<control::ConstraintSpec>& constraints, double period)
+    : model_(model),
+      scene_(scene, robot),
+      controller_(Make(scene_, model, constraints)),
+      objects_(scene.objects.size()),
+      every_(std::max(1, static_cast<int>(std::lround(kSample / period)))),
+      ticks_(static_cast<int>(std::lround(kWindow / period))),
+      since_(ticks_) {}
+
+void VacateMonitor::Allow(const execution::PlanRunner& runner) {
+  if (runner.held() != held_) {
+    held_ = runner.held();
+    if (held_.empty()) {
+      controller_.Release();
+    } else {
+      controller_.Hold(scene_.ObjectIndex(held_));
+    }
+  }
+  if (runner.allowed() == allowed_) return;
+  allowed_ = runner.allowed();
+  const control::ArmBodies& bodies = controller_.bodies();
+  std::vector<std::pair<int, int>> pairs;
+  const auto numbers = [&](const std::string& name) {
+    std::vector<int> list;
+    if (const int object = scene_.ObjectIndex(name); object >= 0) list.push_back(bodies.object(object));
+    for (int body = 0; name == "hand" && body <= bodies.hand(); ++body) {
+      if (bodies.link(body) == model_->dof()) list.push_back(body);
+    }
+    return list;
+  };
+  for (const auto& [first, second] : allowed_) {
+    for (const int a : numbers(first)) {
+      for (const int b : numbers(second)) pairs.emplace_back(a, b);
+    }
+  }
+  controller_.Allow(pairs);
+}
+
+void VacateMonitor::Observe(const scene::WorldEstimate& truth, const std::vector<math::Vector6d>& V_WO,
+                            const robot::Observation& seen, const execution::PlanRunner& runner) {
+  ++since_;
+  if (tick_++ % every_ != 0) return;
+  Allow(runner);
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    objects_[i] = {truth.X_WO.at(scene_.solids()[i].name), V_WO[i]};
+  }
+  controller_.Compute({seen.q, seen.gripper_opening, objects_}, nullptr);
+  if (controller_.flags().relaxed || controller_.flags().fault) since_ = 0;
+}
+
+}  // namespace tether::evaluation

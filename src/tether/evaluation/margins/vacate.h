@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tether/control/constrained_velocity.h"
+#include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/execution/sequencer/plan_runner.h"
+#include "tether/robot/interface.h"
+#include "tether/scene/scene.h"
+
+namespace tether::evaluation {
+
+/// Whether the arm could vacate what it came too near to: at every tick of the preceding 0.5 s, joint
+/// velocities within 80 % of the limits keep all distances, judged from the truth by a linear program of its
+/// own (rows ḋ ≥ −10 1/s · (d − d_safe), none shrinks below what is safe).
+class VacateMonitor {
+ public:
+  VacateMonitor(const scene::Scene& scene, const std::string& robot,
+                const std::shared_ptr<const robot::Model>& model,
+                const std::vector<control::ConstraintSpec>& constraints, double period);
+
+  /// One tick. `V_WO`: velocities of the objects in the world, in the scene's order, m/s and rad/s.
+  void Observe(const scene::WorldEstimate& truth, const std::vector<math::Vector6d>& V_WO,
+               const robot::Observation& seen, const execution::PlanRunner& runner);
+  bool could_vacate() const { return since_ >= ticks_; }
+
+ private:
+  void Allow(const execution::PlanRunner& runner);
+
+  std::shared_ptr<const robot::Model> model_;
+  execution::ControlScene scene_;
+  control::ConstrainedVelocity controller_;
+  std::vector<control::MovingPose> objects_;
+  std::vector<std::pair<std::string, std::string>> allowed_;
+  std::string held_;
+  int every_, tick_ = 0;
+  int ticks_;      ///< Of the window …
+  int since_;      ///< … and since there were no such velocities.
+};
+
+}  // namespace tether::evaluation
