@@ -31,6 +31,10 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   const auto seen = observations.find(s_.robot);
   assert(seen != observations.end());
   Sense(estimate, seen->second);
+  for (OtherArm& other : s_.others) {
+    const auto found = observations.find(other.name);
+    if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
+  }
   if (s_.trustworthy) {
     if (!started_) Begin();
     if (waiting_) {

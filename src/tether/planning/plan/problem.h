@@ -94,6 +94,8 @@ struct Problem {
   std::vector<ConstraintSpec> constraints;  ///< Hold at every step.
   std::optional<task::TemporalGoal> goal;   ///< In place of the task's own.
   ActingRobot robot;
+  std::vector<ActingRobot> others;  ///< Arms that stand still.
+  bool motion = false;              ///< Plan the arm's motions of the best plan.
   ProgramOptions program;
   SearchOptions search;
 };
