@@ -13,9 +13,9 @@
 namespace tether::execution {
 
 struct ArmTransitOptions {
-  double clearance = 0.01;        ///< That paths keep from everything where there is room, m.
-  int64_t max_checks = 300'000;   ///< Of configurations, per path.
-  double velocity_share = 0.75;   ///< Of the joints' greatest velocities …
+  double clearance = 0.01;          ///< That paths keep from everything where there is room, m.
+  int64_t max_checks = 300'000;     ///< Of configurations, per path.
+  double velocity_share = 0.75;     ///< Of the joints' greatest velocities …
   double acceleration_share = 0.5;  ///< … accelerations …
   double jerk_share = 0.5;          ///< … and jerks.
   double hand_speed = 1.2;          ///< m/s
@@ -32,7 +32,7 @@ class ArmTransit {
   ArmTransit(const Situation& situation, const ArmTransitOptions& options);
 
   /// Whether an object moves with the hand: what is held, and what stands on that.
-  using MovesWithHand = std::function<bool(int object)>;
+  using MovesWithHand = std::function<bool(ObjectId object)>;
 
   /// Finds a motion from `q` (at rest) to one of the goals. False, with why() and blocker() set, if there is
   /// none. `known`: the plan's path, which is used if it is still free; may be null.
@@ -56,7 +56,7 @@ class ArmTransit {
   /// n: where the joints shall be now.
   const motion::JointReference& joints() const { return joints_; }
   int goal() const { return transit_.goal; }  ///< Index of the goal that the path leads to.
-  std::string Describe() const;  ///< "1.2 s along 5 configurations"
+  std::string Describe() const;               ///< "1.2 s along 5 configurations"
   motion::PathStatus status() const { return transit_.status; }
   const std::string& why() const { return transit_.reason; }
   const std::string& blocker() const { return transit_.blocker; }
@@ -72,7 +72,7 @@ class ArmTransit {
   motion::Transit transit_;
   motion::Trajectory trajectory_;
   motion::JointReference joints_;
-  std::vector<math::Pose> seen_;  ///< The objects' poses when the path was last found free.
+  IndexedVector<ObjectId, math::Pose> seen_;  ///< The objects' poses when the path was last found free.
   bool active_ = false, braking_ = false;
   double time_ = 0, rate_ = 1, next_look_ = 0;
 };
