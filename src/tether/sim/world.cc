@@ -180,6 +180,8 @@ std::vector<Contact> World::Contacts() const {
   std::vector<Contact> contacts;
   for (const auto& [pair, force] : sums) contacts.push_back({name(pair.first), name(pair.second), force});
   return contacts;
+}
+
 World::Touch World::Touching(const std::string& a, const std::string& b) const {
   const int owner_a = impl_->OwnerIndex(a);
   const int owner_b = impl_->OwnerIndex(b);

@@ -8,6 +8,7 @@
 #include "tether/common/limits.h"
 #include "tether/constraints/core/context.h"
 #include "tether/geometry/distance/query.h"
+#include "tether/geometry/polygon/support.h"
 #include "tether/motion/trajectory.h"
 #include "tether/motion/transit_search.h"
 #include "tether/planning/program/frame_tree.h"
@@ -97,8 +98,7 @@ class MotionPlanner {
     const Pose X_WH = PoseOf(kHand, t - 1);
     for (const scene::Object& object : problem_.scene.objects) {
       const Pose X_WO = PoseOf(object.name, t - 1);
-      const bool moves =
-          !held.empty() && (object.name == held || tree_.HangsOn(object.name, held, t - 1));
+      const bool moves = !held.empty() && (object.name == held || tree_.HangsOn(object.name, held, t - 1));
       if (!moves) {
         snapshot.obstacles.push_back({object.name, object.shape, X_BW_ * X_WO});
         continue;
