@@ -108,6 +108,8 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
       ->type_name("K");
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");
+  command->add_flag("--no-motion", arguments.overrides.no_motion,
+                    "Key poses alone, without the arm's motions between them");
   command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")
       ->check(WholeNumber())
       ->type_name("N");

@@ -242,8 +242,8 @@ class FileChecker {
     std::optional<symbolic::State> state = product.Start();
     for (const std::string& name : plan.actions) {
       if (!state) break;
-      const int action = task->FindAction(name);
-      if (action < 0 || !task->IsApplicable(action, *state)) {
+      const ActionId action = task->FindAction(name);
+      if (!action.valid() || !task->IsApplicable(action, *state)) {
         check.problems.push_back("action " + name + " is not possible where it stands in the plan");
         return;
       }

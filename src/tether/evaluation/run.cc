@@ -14,6 +14,7 @@
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/margins/run_margins.h"
+#include "tether/evaluation/replanning.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan_file.h"
@@ -98,14 +99,28 @@ class Run {
       velocity.alternative = [ways](const auto& done, const std::string& blocked, std::string& reason) {
         return ways->Find(done, blocked, reason);
       };
+      velocity.replanning = MakeReplanning(scenario, scene, task, options);
       return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
                                                             velocity);
     }
-    return std::make_unique<execution::Executive>(scene, scenario.models, plan,
-                                                  MakeExecutiveOptions(scenario));
+    execution::ExecutiveOptions torque = MakeExecutiveOptions(scenario);
+    torque.replanning = MakeReplanning(scenario, scene, task, options);
+    return std::make_unique<execution::Executive>(scene, scenario.models, plan, torque);
   }
 
  private:
+  /// Nothing for temporal goals.
+  static execution::ReplanningOptions MakeReplanning(const scenario::Scenario& scenario,
+                                                     const scene::Scene& scene, const symbolic::Task& task,
+                                                     const RunOptions& options) {
+    execution::ReplanningOptions replanning;
+    if (!options.replan || options.goal || scenario.goal || scenario.problem == nullptr) return replanning;
+    replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
+    // The task outlives the run.
+    replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
+    return replanning;
+  }
+
   static execution::ExecutiveOptions MakeExecutiveOptions(const scenario::Scenario& scenario) {
     const scenario::ExecutionSettings& settings = scenario.execution;
     execution::ExecutiveOptions options;

@@ -26,6 +26,7 @@ struct RunOptions {
   std::string snapshots;                   ///< Folder for a picture at each step boundary; empty: none.
   std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
   LogSettings log;                         ///< Where to write what happens; its seed and goal are set.
+  bool replan = true;                      ///< Plan anew when what is observed no longer allows the plan.
   double settle_s = 1.0;  ///< Simulated time between the end of the plan and the judgement, s.
   const std::atomic<bool>* stop = nullptr;
   /// Called for everything that happens, in order: time (s), a word for the kind, text for people.

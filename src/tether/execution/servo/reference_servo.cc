@@ -41,6 +41,8 @@ ReferenceServo::ReferenceServo(Situation& situation,
       state_(s_.model, GravityIn(s_.X_WB)),
       controller_(s_.model, options_.gains, s_.model->home()),
       posture_search_(s_.model),
+      transit_(s_, options_.arm),
+      reference_arm_(s_.model),
       reach_search_(s_.model),
       contact_(options_.contact),
       carried_(s_.objects.size()),
@@ -107,6 +109,8 @@ void ReferenceServo::BeginStep() {
 }
 
 void ReferenceServo::BeginVerb() {
+  LeaveTransit();
+  transits_ = 0;
   now_ = {};
   now_.X_TG = reference_.X_TR();
 }
@@ -119,11 +123,12 @@ void ReferenceServo::Rest(bool first) {
 // What stands on what is held moves with it.
 void ReferenceServo::HeldChanged() {
   if (s_.held == kNone) return;
-  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(s_.held, static_cast<int>(i));
+  for (const ObjectId i : carried_.ids()) carried_[i] = IsCarriedBy(s_.held, i);
 }
 
 void ReferenceServo::Stop() {
   before_recovery_ = TouchedNow();
+  LeaveTransit();
   Hold();
 }
 
