@@ -160,6 +160,7 @@ class Run {
   void StartLog() {
     LogSettings settings = options_.log;
     settings.seed = options_.seed;
+    settings.realtime = options_.realtime;
     if (options_.goal) {
       settings.goal = options_.goal->formula.ToString();
       settings.semantics = ToString(options_.goal->semantics);

@@ -11,6 +11,7 @@ struct LogSettings {
   std::string path;                          ///< Empty: no log.
   std::map<std::string, std::string> files;  ///< What the run was made of, by path: kept in the log.
   uint64_t seed = 0;
+  bool realtime = false;  ///< The run keeps to the clock: what is in the file then is the newer, by half.
   std::string goal = {}, semantics = {};  ///< Of a temporal goal in place of the scenario's; else empty.
 };
 

@@ -23,7 +23,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kLook = std::chrono::milliseconds(30);    // Between looks at the queue: a chunk each.
 constexpr auto kRetry = std::chrono::milliseconds(500);  // After writing failed.
 constexpr size_t kChunkBytes = size_t{1} << 19;          // A chunk is closed when it is larger.
 constexpr size_t kMostUnwritten = size_t{64} << 20;      // Bytes kept for a disk that has no room.
@@ -45,7 +44,8 @@ uint64_t Nanoseconds(double time) { return static_cast<uint64_t>(std::llround(st
 }  // namespace
 
 struct LogStream::Impl {
-  Impl(const std::string& path, const LogPreamble& preamble) : sink(path), writer(preamble.library) {
+  Impl(const std::string& path, const LogPreamble& preamble)
+      : look(preamble.look_ms), sink(path), writer(preamble.library) {
     std::map<std::string, uint16_t> schemas;
     for (const LogChannel& channel : preamble.channels) {
       if (!schemas.contains(channel.schema_name)) {
@@ -68,7 +68,7 @@ struct LogStream::Impl {
     for (bool last = false; !last;) {
       {
         std::unique_lock lock(mutex);
-        wake.wait_for(lock, kLook, [&] { return closing; });
+        wake.wait_for(lock, look, [&] { return closing; });
         last = closing;
       }
       Drain();
@@ -136,6 +136,7 @@ struct LogStream::Impl {
 
   std::string Until() const { return Fixed(1e-9 * static_cast<double>(written_until), 2) + " s"; }
 
+  const std::chrono::milliseconds look;
   LogSink sink;
   McapWriter writer;
   std::vector<uint16_t> channels;  // In the file, by place in the preamble.

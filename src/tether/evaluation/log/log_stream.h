@@ -24,12 +24,13 @@ struct LogPreamble {
   std::map<std::string, std::string> metadata;
   std::map<std::string, std::string> files;  ///< Attached, by name.
   std::vector<LogChannel> channels;
+  int look_ms = 50;  ///< Between looks at what was handed over: a chunk each.
 };
 
 /// An MCAP file that is written while its run goes on. The thread of the run hands over messages without ever
 /// waiting, neither for a lock nor for the disk; a thread of the stream formats, compresses and writes them.
-/// A message is in the file 30 ms after it was handed over, as far as the machine lets the thread run: what
-/// is killed has lost no more than the last 100 ms.
+/// A message is in the file `look_ms` after it was handed over, as far as the machine lets the thread run:
+/// what is killed has lost no more than the last 100 ms.
 ///
 /// When writing fails, as on a full disk, that is said once (LogWarning); the file keeps the whole records
 /// that it has, and what comes after them is kept in memory, up to a bound, and tried again.

@@ -18,6 +18,7 @@ namespace tether::evaluation {
 namespace {
 
 constexpr double kPeriod = 0.05;         // Between samples, s.
+constexpr int kPromptly = 25;            // Between looks at what was handed over, ms.
 constexpr double kMostMeasured = 1e200;  // Margins above were not measured.
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
@@ -112,6 +113,8 @@ LogPreamble MakePreamble(const LogSettings& settings, const scenario::Scenario& 
   preamble.metadata_name = kLogMetadata;
   preamble.files = settings.files;
   preamble.channels = LogChannels();
+  // In real time the last sample is up to 50 ms old when it is handed over.
+  if (settings.realtime) preamble.look_ms = kPromptly;
   preamble.metadata = {{"format", kLogFormat},
                        {"tether", Version()},
                        {"physics", sim::PhysicsVersion()},

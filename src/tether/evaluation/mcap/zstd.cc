@@ -25,6 +25,7 @@ struct ZstdCompressor::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ZSTD_CCtx* context;
+  std::string room;  // For the largest frame so far.
 };
 
 ZstdCompressor::ZstdCompressor() : impl_(std::make_unique<Impl>()) {}
@@ -32,12 +33,12 @@ ZstdCompressor::~ZstdCompressor() = default;
 ZstdCompressor::ZstdCompressor(ZstdCompressor&&) noexcept = default;
 
 void ZstdCompressor::Append(std::string_view text, std::string* out) {
-  const size_t before = out->size();
-  out->resize(before + ZSTD_compressBound(text.size()));
-  const size_t size = ZSTD_compressCCtx(impl_->context, out->data() + before, out->size() - before,
-                                        text.data(), text.size(), kLevel);
+  std::string& room = impl_->room;
+  if (const size_t most = ZSTD_compressBound(text.size()); room.size() < most) room.resize(most);
+  const size_t size =
+      ZSTD_compressCCtx(impl_->context, room.data(), room.size(), text.data(), text.size(), kLevel);
   if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // Its only reason here.
-  out->resize(before + size);
+  out->append(room, 0, size);
 }
 
 bool DecompressZstd(std::string_view frame, size_t size, std::string* text) {
