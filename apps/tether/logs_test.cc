@@ -28,10 +28,10 @@ class LogsTest : public ::testing::Test {
 
 TEST_F(LogsTest, RunIsJudgedAgainAndReported) {
   const std::string log = Path("run.mcap"), page = Path("run.html"), figure = Path("run.svg");
-  ASSERT_EQ(Tether("run " + Scenario("press") + " --log '" + log + "'").exit_code, 0);
+  ASSERT_EQ(Tether("run " + Scenario("stacking") + " --log '" + log + "'").exit_code, 0);
   const Outcome check = Tether("check '" + log + "'");
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
-  EXPECT_THAT(check.out, HasSubstr("run.mcap: log, ok; Press a button, seed 1, "));
+  EXPECT_THAT(check.out, HasSubstr("run.mcap: log, ok; Stacking, seed 3, "));
   EXPECT_EQ(Tether("report '" + log + "' --output '" + page + "'").exit_code, 0);
   EXPECT_THAT(ReadFile(page), HasSubstr("<!DOCTYPE html>"));
   EXPECT_THAT(ReadFile(page), HasSubstr("What happened"));
@@ -52,7 +52,7 @@ TEST_F(LogsTest, RunIsJudgedAgainAndReported) {
 TEST_F(LogsTest, KilledRunLeavesItsLog) {
   const std::string log = Path("run.mcap");
   const std::string script =
-      "p=0; '" + std::string(TETHER_BINARY) + "' run " + Scenario("press") + " --realtime --log '" + log +
+      "p=0; '" + std::string(TETHER_BINARY) + "' run " + Scenario("stacking") + " --realtime --log '" + log +
       "' > /dev/null 2>&1 & p=$!; while [ $(stat -c %s '" + log +
       "' 2> /dev/null || echo 0) -lt 60000 ] && kill -0 $p; do sleep 0.02; done; kill -9 $p; wait $p";
   EXPECT_NE(std::system(("{ " + script + "; } 2> /dev/null").c_str()), 0);
@@ -66,7 +66,7 @@ TEST_F(LogsTest, KilledRunLeavesItsLog) {
 
 TEST_F(LogsTest, FullDiskIsSaidOnceAndTheRunGoesOn) {
   const std::string log = Path("run.mcap");
-  const Outcome run = Tether("run " + Scenario("press") + " --log '" + log + "'", "ulimit -f 100;");
+  const Outcome run = Tether("run " + Scenario("stacking") + " --log '" + log + "'", "ulimit -f 100;");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.out, HasSubstr("goal reached"));
   EXPECT_EQ(Count(run.err, "--log: cannot write " + log + ": File too large; the run goes on"), 1U)

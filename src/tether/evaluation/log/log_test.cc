@@ -101,12 +101,12 @@ class RunLogTest : public ::testing::Test {
 };
 
 TEST_F(RunLogTest, HoldsTheWholeRun) {
-  const Logged logged = RunWithLog("press", Path("run.mcap"));
+  const Logged logged = RunWithLog("stacking", Path("run.mcap"));
   const RunLog& log = logged.log;
   ASSERT_EQ(logged.report.status, RunStatus::kSuccess);
   EXPECT_EQ(logged.report.log_problem, "");
   EXPECT_FALSE(log.problem);
-  EXPECT_EQ(log.Metadata("seed"), "1");
+  EXPECT_EQ(log.Metadata("seed"), "3");
   EXPECT_THAT(log.Metadata("tether"), HasSubstr("0.1.0"));
   EXPECT_THAT(log.Metadata("physics"), HasSubstr("MuJoCo "));
   EXPECT_EQ(log.events.size(), logged.report.events.size());
@@ -129,11 +129,11 @@ TEST_F(RunLogTest, HoldsTheWholeRun) {
     if (margin.minimum > 1e200) continue;
     EXPECT_NEAR(least, margin.minimum, 1e-6 * std::max(1.0, least)) << margin.name;
   }
-  EXPECT_THAT(WriteRunPage(log), HasSubstr("Press a button"));
+  EXPECT_THAT(WriteRunPage(log), HasSubstr("Stacking"));
 }
 
 TEST_F(RunLogTest, IsJudgedAgain) {
-  const Logged logged = RunWithLog("press", Path("run.mcap"));
+  const Logged logged = RunWithLog("stacking", Path("run.mcap"));
   const Judgement again = JudgeLog(logged.log);
   EXPECT_TRUE(again.goal_reached);
   ASSERT_EQ(again.facts.size(), logged.report.judgement.facts.size());
@@ -155,7 +155,7 @@ TEST_F(RunLogTest, IsJudgedAgain) {
 
 TEST_F(RunLogTest, OfARunThatWasStoppedSaysSo) {
   const std::atomic<bool> stop = true;
-  RunWithLog("press", Path("run.mcap"), &stop);
+  RunWithLog("stacking", Path("run.mcap"), &stop);
   FileCheck check;
   CheckRunLog(Path("run.mcap"), check);
   EXPECT_THAT(check.problems, Contains("the run ended as interrupted"));
