@@ -122,7 +122,13 @@ class Planner {
     kSkipped,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
   };
 
-  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
+  bool HasEnded() const {
+    return ended_ || impossible_ || limits_.Over() || FirstIsEnough() || TriedInVain();
+  }
+  bool TriedInVain() const {
+    const int most = problem_.search.max_candidates;
+    return most > 0 && costs_.empty() && static_cast<int>(report_.candidates.size()) >= most;
+  }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
   /// The wanted plans are found.
