@@ -55,8 +55,9 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
     add(choose ? math::Pose() : X_ToolHand_, true, rise);
     if (choose) add(HalfTurn(), false, rise);
     const std::optional<planning::StepMotion>& planned = s_.plan_step().motion;
-    return transit_.Begin(from, std::move(goals), [this](int object) { return MovesWithHand(object); },
-                          planned ? &planned->path : nullptr);
+    return transit_.Begin(
+        from, std::move(goals), [this](int object) { return MovesWithHand(object); },
+        planned ? &planned->path : nullptr);
   };
   // Where what is held touches something at the goal, the path ends above.
   const bool found = begin(0) || (transit_.status() == motion::PathStatus::kNoFreeGoal && begin(kRise));
@@ -77,11 +78,14 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
 
 void ReferenceServo::WatchTransit(const planning::ReachVerb& verb) {
   if (!transit_.active()) return;
-  if (transit_.done()) return LeaveTransit();
+  if (transit_.done()) {
+    path_ended_ = true;
+    return LeaveTransit();
+  }
   if (!transit_.braking()) {
     const math::Pose X_BG = math::Between(s_.X_WB, X_WF(frame_) * now_.X_TG);
-    const bool moved = (X_BG.p - X_BGoal_.p).norm() > kMoved ||
-                       math::AngleBetween(X_BG.R, X_BGoal_.R) > kMovedTurned;
+    const bool moved =
+        (X_BG.p - X_BGoal_.p).norm() > kMoved || math::AngleBetween(X_BG.R, X_BGoal_.R) > kMovedTurned;
     if (moved || !transit_.IsFreeAhead()) transit_.Brake();
     return;
   }

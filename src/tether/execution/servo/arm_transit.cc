@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "tether/common/text.h"
+#include "tether/motion/start_check.h"
 #include "tether/robot/gravity.h"
 
 namespace tether::execution {
@@ -42,21 +43,13 @@ motion::Snapshot ArmTransit::TakeSnapshot() const {
       snapshot.obstacles.push_back({object.name, object.shape, X_BW * s_.objects[i].X});
     }
   }
-  for (const OtherArm& other : s_.others) {
-    const robot::LinkPoses poses(other.model->chain(), other.q);
-    for (const robot::LinkSolid& link : other.model->solids().links)
-      snapshot.obstacles.push_back(
-          {other.name + "'s " + link.name, link.shape, X_BW * other.X_WB * poses.X_BL(link.link)});
-    snapshot.obstacles.push_back({other.name + "'s hand",
-                                  other.model->HandShape(other.model->gripper().max_opening),
-                                  X_BW * other.X_WB * poses.X_BH()});
-  }
+  for (const OtherArm& other : s_.others)
+    motion::AddArm(other.name, *other.model, other.q, X_BW * other.X_WB, &snapshot.obstacles);
   return snapshot;
 }
 
 bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal> goals,
-                       const MovesWithHand& moves_with_hand,
-                       const std::vector<Eigen::VectorXd>* known) {
+                       const MovesWithHand& moves_with_hand, const std::vector<Eigen::VectorXd>* known) {
   active_ = braking_ = false;
   moves_with_hand_ = moves_with_hand;
   motion::TransitProblem problem;
@@ -80,8 +73,8 @@ bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal
 }
 
 void ArmTransit::Time() {
-  const motion::JointLimits limits = motion::LimitsOf(*s_.model, options_.velocity_share,
-                                                      options_.acceleration_share, options_.jerk_share);
+  const motion::JointLimits limits =
+      motion::LimitsOf(*s_.model, options_.velocity_share, options_.acceleration_share, options_.jerk_share);
   trajectory_ = motion::TimePath(transit_.path, limits);
   // Corners are cut by a little: where even that is too much, the arm stops at them.
   motion::Snapshot snapshot = TakeSnapshot();

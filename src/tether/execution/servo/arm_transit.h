@@ -13,14 +13,14 @@
 namespace tether::execution {
 
 struct ArmTransitOptions {
-  double clearance = 0.01;        ///< That paths keep from everything where there is room, m.
-  int64_t max_checks = 300'000;   ///< Of configurations, per path.
-  double velocity_share = 0.75;   ///< Of the joints' greatest velocities …
-  double acceleration_share = 0.5;  ///< … accelerations …
+  double clearance = 0.01;          ///< That paths keep from everything where there is room, m.
+  int64_t max_checks = 300'000;     ///< Of configurations, per path.
+  double velocity_share = 0.75;     ///< Of the joints' greatest velocities …
+  double acceleration_share = 0.7;  ///< … accelerations …
   double jerk_share = 0.5;          ///< … and jerks.
   double hand_speed = 1.2;          ///< m/s
-  double hand_acceleration = 6;     ///< m/s² …
-  double held_acceleration = 3;     ///< … and with something in the hand.
+  double hand_acceleration = 8;     ///< m/s² …
+  double held_acceleration = 5;     ///< … and with something in the hand.
   double look_ahead_period = 0.02;  ///< The path ahead is checked so often, s.
 };
 
@@ -56,7 +56,7 @@ class ArmTransit {
   /// n: where the joints shall be now.
   const motion::JointReference& joints() const { return joints_; }
   int goal() const { return transit_.goal; }  ///< Index of the goal that the path leads to.
-  std::string Describe() const;  ///< "1.2 s along 5 configurations"
+  std::string Describe() const;               ///< "1.2 s along 5 configurations"
   motion::PathStatus status() const { return transit_.status; }
   const std::string& why() const { return transit_.reason; }
   const std::string& blocker() const { return transit_.blocker; }

@@ -12,7 +12,9 @@ namespace tether::execution {
 
 struct ReferenceServoOptions {
   control::OperationalSpaceGains gains;
-  MotionLimits motion;  ///< Speeds are the lesser of these and the verb's.
+  MotionLimits motion;             ///< Speeds are the lesser of these and the verb's.
+  double free_speed = 0.6;         ///< Of straight motions away from anything, m/s …
+  double free_acceleration = 4.0;  ///< … and m/s².
   TransitMargins transit;
   ContactDetector::Options contact;
   double contact_search = 0.01;   ///< A reach until contact goes on so far beyond its pose, m.

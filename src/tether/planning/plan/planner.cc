@@ -101,7 +101,8 @@ class Planner {
     const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
     if (blocker != nullptr && blocker->movable()) verdict.unmoved = {blocker->name};
     fates_[actions] = Fate::kFailed;
-    costs_.erase(std::find(costs_.begin(), costs_.end(), best.plan.cost));
+    const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
+    if (cost != costs_.end()) costs_.erase(cost);
     for (auto& orders : feasible_orders_) orders.second.erase(subsequences_.NormalOrder(actions));
     AddConflict(actions, verdict);
     if (on_candidate_) on_candidate_(best);
@@ -382,9 +383,9 @@ class Planner {
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
-  std::map<std::vector<int>, Fate> fates_;  // of all sequences that were tried or skipped, and not ruled out
+  std::map<std::vector<int>, Fate> fates_;   // of all sequences that were tried or skipped, and not ruled out
   std::vector<std::vector<int>> sequences_;  // of the candidates in the report
-  std::vector<double> costs_;               // of the feasible ones, ascending
+  std::vector<double> costs_;                // of the feasible ones, ascending
   std::map<std::vector<int>, std::set<std::vector<int>>> feasible_orders_;  // normal ones, by sorted actions
   size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
   int skipped_ = 0;              // since the last candidate
