@@ -96,10 +96,10 @@ TEST(TrajectoryTest, AHeavyLoadTakesLonger) {
   const Trajectory free = TimePath({from, to}, limits);
   Trajectory light = free, heavy = free, gentle = free;
   StretchForLoad({.hand_acceleration = 100, .hand_speed = 10}, state, &light);
-  StretchForLoad({.payload = 6, .hand_acceleration = 100, .hand_speed = 10}, state, &heavy);
+  StretchForLoad({.payload = 12, .hand_acceleration = 100, .hand_speed = 10}, state, &heavy);
   StretchForLoad({.hand_acceleration = 1, .hand_speed = 10}, state, &gentle);
   EXPECT_GE(light.duration(), free.duration());
-  EXPECT_GT(heavy.duration(), 1.1 * light.duration()) << free.duration();
+  EXPECT_GT(heavy.duration(), 1.1 * light.duration());
   EXPECT_GT(gentle.duration(), 1.5 * free.duration());
 }
 

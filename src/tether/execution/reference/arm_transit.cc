@@ -1,4 +1,4 @@
-#include "tether/execution/servo/arm_transit.h"
+#include "tether/execution/reference/arm_transit.h"
 
 #include <algorithm>
 #include <utility>
