@@ -35,9 +35,9 @@ motion::Snapshot ArmTransit::TakeSnapshot() const {
   const bool opening = s_.gripper.mode == robot::GripperCommand::Mode::kOpening;
   snapshot.opening = opening ? std::max(s_.opening, s_.gripper.opening) : s_.opening;
   const math::Pose X_BW = s_.X_WB.Inverse();
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    const scene::Object& object = s_.scene.objects[i];
-    if (moves_with_hand_(static_cast<int>(i))) {
+  for (const ObjectId i : s_.objects.ids()) {
+    const scene::Object& object = s_.object(i);
+    if (moves_with_hand_(i)) {
       snapshot.held.push_back({object.name, object.shape, math::Between(s_.X_WH, s_.objects[i].X)});
     } else {
       snapshot.obstacles.push_back({object.name, object.shape, X_BW * s_.objects[i].X});
@@ -90,7 +90,7 @@ void ArmTransit::Time() {
   load.hand_speed = options_.hand_speed;
   load.hand_acceleration = s_.held == kNone ? options_.hand_acceleration : options_.held_acceleration;
   if (s_.held != kNone) {
-    const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.held)];
+    const scene::Object& object = s_.object(s_.held);
     load.payload = object.mass.value_or(0);
     load.p_HC = math::Between(s_.X_WH, s_.X_WO(s_.held)) * geometry::CentreOfMass(object.shape);
   }
@@ -115,13 +115,14 @@ bool ArmTransit::IsFreeAhead() {
   if (s_.time < next_look_) return true;
   next_look_ = s_.time + options_.look_ahead_period;
   bool moved = false;
-  for (size_t i = 0; i < s_.objects.size() && !moved; ++i) {
-    if (moves_with_hand_(static_cast<int>(i))) continue;
+  for (const ObjectId i : s_.objects.ids()) {
+    if (moved) break;
+    if (moves_with_hand_(i)) continue;
     const math::Pose& X = s_.objects[i].X;
     moved = (X.p - seen_[i].p).norm() > kMoved || math::AngleBetween(X.R, seen_[i].R) > kTurned;
   }
   if (!moved) return true;
-  for (size_t i = 0; i < s_.objects.size(); ++i) seen_[i] = s_.objects[i].X;
+  for (const ObjectId i : s_.objects.ids()) seen_[i] = s_.objects[i].X;
   motion::Snapshot snapshot = TakeSnapshot();
   snapshot.clearance *= kShare;
   motion::PathChecker checker(motion::CollisionScene::Compile(snapshot));

@@ -32,7 +32,7 @@ class ArmTransit {
   ArmTransit(const Situation& situation, const ArmTransitOptions& options);
 
   /// Whether an object moves with the hand: what is held, and what stands on that.
-  using MovesWithHand = std::function<bool(int object)>;
+  using MovesWithHand = std::function<bool(ObjectId object)>;
 
   /// Finds a motion from `q` (at rest) to one of the goals. False, with why() and blocker() set, if there is
   /// none. `known`: the plan's path, which is used if it is still free; may be null.
@@ -72,7 +72,7 @@ class ArmTransit {
   motion::Transit transit_;
   motion::Trajectory trajectory_;
   motion::JointReference joints_;
-  std::vector<math::Pose> seen_;  ///< The objects' poses when the path was last found free.
+  IndexedVector<ObjectId, math::Pose> seen_;  ///< The objects' poses when the path was last found free.
   bool active_ = false, braking_ = false;
   double time_ = 0, rate_ = 1, next_look_ = 0;
 };

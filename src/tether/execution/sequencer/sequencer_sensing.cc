@@ -13,14 +13,14 @@ bool IsFinite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); 
 
 // The pose of an object that is not finite, or that the estimate lacks, is its last one: where poses are
 // filtered, moved on as it moved; else at rest.
-void Sequencer::Track(size_t object, const math::Pose* measured, bool news) {
+void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
   control::MovingPose& now = s_.objects[object];
   FrameTracker& tracker = trackers_[object];
   const bool usable = measured != nullptr && IsFinite(*measured);
   const bool bad = measured != nullptr && !usable;
   if (options_.filters_poses) {
     if (!sensed_) {
-      tracker.Reset(usable ? *measured : s_.scene.InitialPose(s_.scene.objects[object].name), s_.time);
+      tracker.Reset(usable ? *measured : s_.scene.InitialPose(s_.object_name(object)), s_.time);
     } else {
       tracker.Predict(s_.time);
       if (news && usable) tracker.Correct(*measured);
@@ -40,7 +40,7 @@ void Sequencer::Track(size_t object, const math::Pose* measured, bool news) {
   }
   if (bad && (news || !sensed_) && !invalid_[object]) {
     s_.Record(EventKind::kEstimateInvalid,
-              "the pose of '" + s_.scene.objects[object].name + "' is not finite; the last one is used");
+              "the pose of '" + s_.object_name(object) + "' is not finite; the last one is used");
   }
   if (news || !sensed_) invalid_[object] = !usable;
 }
@@ -52,8 +52,8 @@ void Sequencer::Sense(const scene::WorldEstimate& estimate, const robot::Observa
   if (std::isfinite(seen.time)) s_.time = std::max(seen.time, estimate.time);
   const bool news = estimate.time > estimate_time_;
   if (news) estimate_time_ = estimate.time;
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    const auto found = estimate.X_WO.find(s_.scene.objects[i].name);
+  for (const ObjectId i : s_.objects.ids()) {
+    const auto found = estimate.X_WO.find(s_.object_name(i));
     Track(i, found == estimate.X_WO.end() ? nullptr : &found->second, news);
   }
   sensed_ = true;

@@ -23,15 +23,15 @@ double ReferenceServo::FindRoom() const {
   double room = kLook;
   const auto measure = [&](const geometry::Shape& shape, const math::Pose& X_WS) {
     const geometry::Aabb box = geometry::BoundingBox(shape, X_WS);
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      if (MovesWithHand(static_cast<int>(i))) continue;
-      const geometry::Shape& other = s_.scene.objects[i].shape;
+    for (const ObjectId i : s_.objects.ids()) {
+      if (MovesWithHand(i)) continue;
+      const geometry::Shape& other = s_.object(i).shape;
       if (box.DistanceTo(geometry::BoundingBox(other, s_.objects[i].X)) >= room) continue;
       room = std::min(room, geometry::SignedDistance(shape, X_WS, other, s_.objects[i].X).distance);
     }
   };
   measure(hand_shape_, s_.X_WH);
-  if (s_.held != kNone) measure(s_.scene.objects[static_cast<size_t>(s_.held)].shape, X_WO(s_.held));
+  if (s_.held != kNone) measure(s_.object(s_.held).shape, X_WO(s_.held));
   return room;
 }
 

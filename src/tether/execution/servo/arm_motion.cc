@@ -56,7 +56,7 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
     if (choose) add(HalfTurn(), false, rise);
     const std::optional<planning::StepMotion>& planned = s_.plan_step().motion;
     return transit_.Begin(
-        from, std::move(goals), [this](int object) { return MovesWithHand(object); },
+        from, std::move(goals), [this](ObjectId object) { return MovesWithHand(object); },
         planned ? &planned->path : nullptr);
   };
   // Where what is held touches something at the goal, the path ends above.

@@ -51,7 +51,7 @@ constexpr double kPathEnd = 0.006, kPathEndAngle = 0.03;
 
 bool ReferenceServo::IsFreeMotion() const {
   if (s_.recovering || s_.current().push || s_.verb != s_.current().first_reach) return false;
-  const auto* reach = std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb)]);
+  const auto* reach = std::get_if<planning::ReachVerb>(&s_.present_verb());
   return reach != nullptr && !reach->until_contact;
 }
 
@@ -129,7 +129,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
 
   // The last of several reaches of a step is an approach along the line from the pose before.
   const auto* before =
-      s_.verb > 0 ? std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb - 1)]) : nullptr;
+      s_.verb > 0 ? std::get_if<planning::ReachVerb>(&s_.verbs()[ToIndex(s_.verb - 1)]) : nullptr;
   if (before == nullptr || s_.current().push) return;
   const Eigen::Vector3d stretch = (X_TTool * X_ToolHand_).p - (ToolGoal(*before) * X_ToolHand_).p;
   if (stretch.norm() < 0.005) return;
@@ -167,8 +167,8 @@ Progress ReferenceServo::BeyondReach(int resume) {
 
 Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   if (s_.current().tool != kNone && s_.held != s_.current().tool) {
-    const std::string name = s_.scene.objects[static_cast<size_t>(s_.current().tool)].name;
-    const int resume = s_.current().grasp_step == kNone ? s_.step : s_.current().grasp_step;
+    const std::string name = s_.object(s_.current().tool).name;
+    const int resume = s_.current().grasp_step == kNoStep ? s_.step : s_.current().grasp_step;
     return Progress::Retry(EventKind::kGraspLost, "'" + name + "' is not in the hand", resume, true);
   }
   if (s_.current().push && now_.phase == 2) return FinishPush();
@@ -189,8 +189,8 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   WatchTransit(verb);
   if (OutOfReach(now_.X_TG)) return BeyondReach(s_.step);
   const auto [position_error, rotation_error] = ToolError(X_TTool);
-  s_.records[static_cast<size_t>(s_.step)].position_error = position_error;
-  s_.records[static_cast<size_t>(s_.step)].rotation_error = rotation_error;
+  s_.records[s_.step].position_error = position_error;
+  s_.records[s_.step].rotation_error = rotation_error;
   if (verb.until_contact) return ReachUntilContact(verb, position_error, rotation_error);
 
   const bool arrived =

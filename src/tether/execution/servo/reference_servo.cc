@@ -127,7 +127,7 @@ void ReferenceServo::Rest(bool first) {
 // What stands on what is held moves with it.
 void ReferenceServo::HeldChanged() {
   if (s_.held == kNone) return;
-  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(s_.held, static_cast<int>(i));
+  for (const ObjectId i : carried_.ids()) carried_[i] = IsCarriedBy(s_.held, i);
 }
 
 void ReferenceServo::Stop() {

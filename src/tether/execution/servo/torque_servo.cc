@@ -35,7 +35,7 @@ TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
       carried_(Eigen::VectorXd::Zero(model_->dof())) {
   const size_t most = 6 * scene.objects.size() + 8;
   allowed_.reserve(most);
-  allowed_bodies_.reserve(most * static_cast<size_t>(controller_.bodies().hand() + 1));
+  allowed_bodies_.reserve(most * ToIndex(controller_.bodies().hand() + 1));
 }
 
 control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) {
@@ -54,12 +54,12 @@ void TorqueServo::Allow(const std::vector<Touch>& allowed) {
   const control::ArmBodies& bodies = controller_.bodies();
   for (const auto& [of, to] : allowed) {
     if (of != kTouchingHand) {
-      allowed_bodies_.emplace_back(bodies.object(of), bodies.object(to));
+      allowed_bodies_.emplace_back(bodies.object(of.value()), bodies.object(to.value()));
       continue;
     }
     // All that moves with the hand.
     for (int body = 0; body <= bodies.hand(); ++body) {
-      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to));
+      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to.value()));
     }
   }
   controller_.Allow(allowed_bodies_);
@@ -68,8 +68,8 @@ void TorqueServo::Allow(const std::vector<Touch>& allowed) {
 const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   if (tick.held != held_) {
     held_ = tick.held;
-    if (held_ >= 0) {
-      controller_.Hold(held_);
+    if (held_.valid()) {
+      controller_.Hold(held_.value());
     } else {
       controller_.Release();
     }
@@ -82,7 +82,7 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   task.payload = tick.payload;
   task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
-      controller_.Compute({tick.state, tick.opening, tick.objects, &tick.tau_external}, task);
+      controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
   const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_);
   controller_.SetLast(torque);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tether/common/error.h"
+#include "tether/common/id.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
@@ -30,18 +31,18 @@ std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::Cons
                                                        const scene::Scene& scene);
 
 /// Two that may touch: kTouchingHand, or an object of the scene.
-using Touch = std::pair<int, int>;
-inline constexpr int kTouchingHand = -1;
+using Touch = std::pair<ObjectId, ObjectId>;
+inline constexpr ObjectId kTouchingHand{};
 
 /// What is measured, and what is to be done in a tick.
 struct TorqueServoTick {
   const robot::State& state;
-  double opening = 0;                               ///< m
-  const std::vector<control::MovingPose>& objects;  ///< In the world, by their place in the scene.
-  const Eigen::VectorXd& tau_external;              ///< n, Nm
+  double opening = 0;                                           ///< m
+  const IndexedVector<ObjectId, control::MovingPose>& objects;  ///< In the world.
+  const Eigen::VectorXd& tau_external;                          ///< n, Nm
   const control::HandTarget& target;
   const Eigen::VectorXd& posture;     ///< n, rad
-  int held = -1;                      ///< Index of the object in the hand; −1: none.
+  ObjectId held;                      ///< In the hand; not valid: nothing is.
   const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
   double payload = 0;                 ///< What is held weighs, N.
   double max_force = 40;              ///< N
@@ -77,7 +78,7 @@ class TorqueServo {
   control::TorqueLimiter limiter_;
   std::vector<Touch> allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;
-  int held_ = -1;
+  ObjectId held_;
   Eigen::VectorXd carried_;
 };
 

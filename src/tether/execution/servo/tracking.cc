@@ -85,9 +85,9 @@ void ReferenceServo::MoveReference() {
       }
     };
     add_body(hand_shape_, math::Pose());
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      const geometry::Shape& shape = s_.scene.objects[i].shape;
-      if (MovesWithHand(static_cast<int>(i))) {
+    for (const ObjectId i : s_.objects.ids()) {
+      const geometry::Shape& shape = s_.object(i).shape;
+      if (MovesWithHand(i)) {
         add_body(shape, math::Between(s_.X_WH, s_.objects[i].X));
         continue;
       }
@@ -128,25 +128,24 @@ void ReferenceServo::AimPosture() {
 void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
   if (tick_ % kObstacleTicks == 0) {
     obstacle_weight_ = 0;
-    const bool known = s_.step < static_cast<int>(s_.steps.size());
+    const bool known = s_.in_plan();
     double nearest = options_.obstacle_range;
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      const int object = static_cast<int>(i);
+    for (const ObjectId object : s_.objects.ids()) {
       // Contact that the step intends.
       if (MovesWithHand(object)) continue;
       if (known && (object == s_.current().control || object == s_.current().target.object ||
                     object == s_.current().tool))
         continue;
       bool far = true;
-      for (const auto& part : s_.scene.objects[i].shape.parts) {
-        const Bounds bounds = BoundsOf(part.primitive, s_.objects[i].X * part.X_SP);
+      for (const auto& part : s_.object(object).shape.parts) {
+        const Bounds bounds = BoundsOf(part.primitive, s_.X_WO(object) * part.X_SP);
         const Eigen::Vector3d outside =
             (bounds.lower - s_.X_WH.p).cwiseMax(s_.X_WH.p - bounds.upper).cwiseMax(0.0);
         far = far && outside.norm() > kFar;
       }
       if (far) continue;
       const geometry::Distance distance =
-          geometry::SignedDistance(hand_shape_, s_.X_WH, s_.scene.objects[i].shape, s_.objects[i].X);
+          geometry::SignedDistance(hand_shape_, s_.X_WH, s_.object(object).shape, s_.X_WO(object));
       if (distance.distance >= nearest) continue;
       nearest = distance.distance;
       obstacle_direction_B_ = s_.X_WB.R.transpose() * distance.n_W;
@@ -172,7 +171,7 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
   target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
   if (s_.held != kNone) {
-    const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.held)];
+    const scene::Object& object = s_.object(s_.held);
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);
     const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;

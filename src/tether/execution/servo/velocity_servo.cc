@@ -54,7 +54,7 @@ void VelocityServo::Sense() {
   if (!s_.q.allFinite()) return;
   if (!placed_) {
     placed_ = true;
-    controller_.Compute({s_.q, s_.opening, s_.objects}, nullptr);
+    controller_.Compute({s_.q, s_.opening, s_.objects.values()}, nullptr);
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
@@ -94,7 +94,7 @@ void VelocityServo::HeldChanged() {
     UpdateAllowed();
     return;
   }
-  controller_.Hold(s_.held);
+  controller_.Hold(s_.held.value());
   FindSupports();
   UpdateAllowed();
   FindBeneath();
@@ -143,7 +143,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 }
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
-  const control::VelocityInput input{s_.q, s_.opening, s_.objects, &s_.v};
+  const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   commands->find(s_.robot)->second.velocity = controller_.Compute(input, goal_ ? &*goal_ : nullptr);
   if (!controller_.flags().fault) FindHandPose();
   WatchSafety();

@@ -51,6 +51,7 @@ struct PlanStep {
 struct Plan {
   std::string scenario;              ///< Title of the scenario it was made for.
   std::string robot;                 ///< The acting robot's name.
+  std::string held = {};             ///< The object in the hand at the start; empty: none.
   std::vector<std::string> actions;  ///< "pick(hook)", "push(hook,box,table)", …
   std::vector<PlanStep> steps;
   double cost = 0;

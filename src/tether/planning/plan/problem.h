@@ -25,6 +25,7 @@ struct ActingRobot {
   math::Pose X_WBase;
   math::Pose X_WHand;  ///< The hand's pose at the start.
   Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
+  std::string holds = {};  ///< What the hand holds at the start, as it lies in it; empty: nothing.
 };
 
 /// Weights of the objective's parts: α and β of paper A, eq. (4).

@@ -39,7 +39,7 @@ class MotionPlanner {
       : problem_(problem),
         plan_(*plan),
         model_(*problem.robot.model),
-        tree_(problem.scene, problem.robot.X_WHand),
+        tree_(problem.scene, problem.robot.X_WHand, problem.robot.holds),
         X_BW_(problem.robot.X_WBase.Inverse()),
         solver_(problem.robot.model),
         state_(problem.robot.model, problem.robot.X_WBase.R.transpose() * Vector3d(0, 0, -robot::kGravity)) {
