@@ -101,7 +101,8 @@ class Planner {
     const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
     if (blocker != nullptr && blocker->movable()) verdict.unmoved = {blocker->name};
     fates_[actions] = Fate::kFailed;
-    costs_.erase(std::find(costs_.begin(), costs_.end(), best.plan.cost));
+    const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
+    if (cost != costs_.end()) costs_.erase(cost);
     for (auto& orders : feasible_orders_) orders.second.erase(subsequences_.NormalOrder(actions));
     AddConflict(actions, verdict);
     if (on_candidate_) on_candidate_(best);
