@@ -302,6 +302,7 @@ int RunCommand(const RunArguments& arguments) {
   options.seed = seed;
   options.events = ChooseEvents(scenario, arguments.events);
   options.realtime = arguments.realtime;
+  options.replan = arguments.mode != "servo";
   options.snapshots = arguments.snapshots;
   options.log.path = arguments.log;
   if (!arguments.log.empty()) options.log.files = evaluation::FilesOfThisRun();

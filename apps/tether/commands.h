@@ -26,6 +26,7 @@ struct RunArguments {
   std::optional<int> candidate;  ///< Which feasible candidate to run, best first from 1.
   std::string events;            ///< File with disturbances, in place of the scenario's; empty: those.
   bool realtime = false;
+  std::string mode = "reactive";  ///< Or servo: the plan is never made anew.
   std::string snapshots;
   std::string json;
   std::string log;  ///< File for the run's log, or "-"; empty: none.

@@ -146,6 +146,12 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
       ->check(WholeNumber())
       ->type_name("N");
   command->add_flag("--realtime", arguments.realtime, "Not faster than the clock on the wall");
+  command
+      ->add_option(
+          "--mode", arguments.mode,
+          "reactive: the plan is made anew where the observed state no longer allows it; servo: never")
+      ->check(CLI::IsMember({"reactive", "servo"}))
+      ->capture_default_str();
   command->add_option("--snapshots", arguments.snapshots, "Write a PNG at each step boundary to DIR")
       ->type_name("DIR");
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
