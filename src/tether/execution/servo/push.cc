@@ -146,7 +146,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
 }
 
 Vector3d ReferenceServo::TurnLeft(const math::Pose& X_TC) const {
-  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(s_.current().control)].shape;
+  const geometry::Shape& shape = s_.object(s_.current().control).shape;
   return geometry::LeastTurn(shape, X_TC.R, s_.plan_step().X_TC.R);
 }
 

@@ -53,6 +53,7 @@ class Planner {
         limits_(problem.search),
         scope_(limits_),
         facts_(problem),
+        binder_(problem.scene, facts_.shared_frames(), problem.actions, problem.constraints),
         source_(task, problem.goal, problem.search),
         subsequences_(source_.MakeProduct()) {}
 
@@ -91,7 +92,7 @@ class Planner {
 
   bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
-  size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
+  size_t Wanted() const { return ToIndex(problem_.search.max_plans.value_or(1)); }
   /// The wanted plans are found.
   bool Enough() const { return !AllWanted() && costs_.size() >= Wanted(); }
   /// As many plans as are wanted cost no more than `bound`.
@@ -112,15 +113,44 @@ class Planner {
                        [&](const task::Conflict& conflict) { return conflict.RulesOut(actions); });
   }
 
+  /// A ground action with its names bound.
+  struct BoundAction {
+    std::vector<BoundStep> steps;
+    Diagnostics diagnostics;
+  };
+
+  /// Each ground action is bound once.
+  std::shared_ptr<const Skeleton> Bind(const std::vector<ActionId>& actions) const {
+    auto skeleton = std::make_shared<Skeleton>();
+    skeleton->frames = facts_.shared_frames();
+    skeleton->actions = ActionNames(task_, actions);
+    for (size_t i = 0; i < actions.size(); ++i) {
+      const auto bound = bound_.Get(actions[i], [&] {
+        BoundAction made;
+        made.steps = binder_.BindAction(skeleton->actions[i], made.diagnostics);
+        return made;
+      });
+      // Throws, with what is wrong with each of the actions.
+      if (!bound->diagnostics.empty()) binder_.Bind(skeleton->actions);
+      for (const BoundStep& step : bound->steps) {
+        skeleton->steps.push_back(step);
+        skeleton->steps.back().action_index = static_cast<int>(i);
+      }
+    }
+    return skeleton;
+  }
+
   Verdict Optimize(const std::vector<ActionId>& actions, int index) const {
-    const std::vector<std::string> names = ActionNames(task_, actions);
     const LimitsScope scope(limits_);
     try {
-      return HasRegionStep(problem_, names) ? CheckRegionSteps(facts_, names, index, limits_)
-                                            : OptimizeCandidate(facts_, names, index, limits_);
+      const std::shared_ptr<const Skeleton> skeleton = Bind(actions);
+      Verdict verdict = HasRegionStep(skeleton->steps) ? CheckRegionSteps(facts_, *skeleton, index, limits_)
+                                                       : OptimizeCandidate(facts_, *skeleton, index, limits_);
+      verdict.report.plan.skeleton = skeleton;
+      return verdict;
     } catch (const LimitReached& reached) {
       Verdict verdict;
-      verdict.report.plan.actions = names;
+      verdict.report.plan.actions = ActionNames(task_, actions);
       verdict.report.reason = reached.what();
       return verdict;
     }
@@ -129,7 +159,7 @@ class Planner {
   void TryAll(std::vector<std::vector<ActionId>> batch) {
     std::vector<Candidate> candidates;
     for (std::vector<ActionId>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
-    const size_t window = static_cast<size_t>(problem_.search.threads);
+    const size_t window = ToIndex(problem_.search.threads);
     size_t ahead = 0;
     for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
       for (; window > 1 && ahead < candidates.size() && ahead < i + window; ++ahead) {
@@ -220,7 +250,7 @@ class Planner {
   }
 
   double BoundOf(const std::vector<ActionId>& actions) const {
-    return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
+    return LowerCostBound(facts_, Bind(actions)->steps);
   }
 
   /// An order of the same actions whose lower cost bound is much less, found step by step; empty if there is
@@ -233,7 +263,7 @@ class Planner {
     double least = first;
     size_t without_gain = 0;
     for (int at = 0; at < kMostOrders && without_gain < others.size() && !limits_.Over(); ++at) {
-      std::vector<ActionId>& other = others[static_cast<size_t>(at) % others.size()];
+      std::vector<ActionId>& other = others[ToIndex(at) % others.size()];
       const double bound = BoundOf(other);
       ++without_gain;
       if (bound >= least * (1 - kBetter)) continue;
@@ -306,22 +336,23 @@ class Planner {
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
-  std::vector<ActionId> ActionsThatMove(const std::vector<std::string>& objects) {
+  std::vector<ActionId> ActionsThatMove(const std::vector<FrameId>& objects) {
     if (moved_by_.empty()) {
-      for (const auto& action : task_.actions()) {
+      for (const ActionId action : task_.actions().ids()) {
         PollLimits();
-        std::vector<std::string>& moved = moved_by_.emplace_back();
-        const ActionCall call = ParseActionCall(action.name);
+        std::vector<FrameId>& moved = moved_by_.emplace_back();
+        const ActionCall call = ParseActionCall(task_.actions()[action].name);
         for (const ActionSchema& schema : problem_.actions) {
           if (schema.name != call.name) continue;
-          for (const StepSchema& step : BindAction(schema, call.arguments)) moved.push_back(step.control);
+          for (const StepSchema& step : BindAction(schema, call.arguments))
+            moved.push_back(facts_.frames().Find(step.control));
         }
       }
     }
     std::vector<ActionId> all;
     for (const ActionId action : moved_by_.ids()) {
       PollLimits();
-      const std::vector<std::string>& moved = moved_by_[action];
+      const std::vector<FrameId>& moved = moved_by_[action];
       if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
         all.push_back(action);
     }
@@ -344,6 +375,8 @@ class Planner {
   const LimitsScope scope_;
   std::optional<Limit> reached_;  // The limit that ended the search.
   const SceneFacts facts_;
+  const SkeletonBinder binder_;
+  constraints::Memo<ActionId, BoundAction> bound_;
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
@@ -356,8 +389,8 @@ class Planner {
   int skipped_ = 0;              // since the last candidate
   bool ended_ = false;           // Planning ended while other candidates may be left.
   std::vector<task::Conflict> conflicts_;
-  bool impossible_ = false;                                     // The proofs rule out every sequence.
-  IndexedVector<ActionId, std::vector<std::string>> moved_by_;  // The frames that it moves; filled on demand.
+  bool impossible_ = false;                                 // The proofs rule out every sequence.
+  IndexedVector<ActionId, std::vector<FrameId>> moved_by_;  // The frames that it moves; filled on demand.
   PlanReport report_;
 };
 
