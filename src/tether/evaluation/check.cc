@@ -1,13 +1,16 @@
 #include "tether/evaluation/check.h"
 
+#include <array>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <variant>
 
 #include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/constraints/core/kind.h"
+#include "tether/evaluation/log/log_check.h"
 #include "tether/evaluation/run.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
@@ -32,6 +35,11 @@ class FileChecker {
       const size_t before = diagnostics_.list().size();
       checks_.push_back({file, "", {}, {}});
       try {
+        if (BeginsAsLog(file)) {
+          CheckRunLog(file, checks_.back());
+          mistaken[checks_.size() - 1] = false;
+          continue;
+        }
         const std::string text = ReadFile(file);  // Once: a pipe gives it only once.
         const Value document = ParseYaml(text, file);
         const Value* format = document.Find("format");
@@ -72,9 +80,20 @@ class FileChecker {
   }
 
  private:
+  /// Whether a regular file begins as an MCAP file does; it may be larger than ReadFile() reads.
+  static bool BeginsAsLog(const std::string& file) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) return false;
+    std::array<char, 8> first{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(first.data(), first.size());
+    return IsMcap({first.data(), static_cast<size_t>(stream.gcount())});
+  }
+
   void UnknownFormat(const std::string& file, const Value& document, const std::string& name) {
     const std::vector<std::string> formats = {scenario::kScenarioFormat, planning::kActionsFormat,
                                               "tether.events/1", planning::kPlanFormat};
+    if (name == "tether.log/1") ParseRunLog("{\"format\": \"" + name + "\"}", file);  // which says what to do
     const Value* format = document.Find("format");
     diagnostics_.Add(format ? format->where() : Location{file, 1, 1},
                      format ? "unknown format '" + name + "'" : "there is no 'format'",

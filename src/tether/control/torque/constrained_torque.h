@@ -64,6 +64,7 @@ struct TorqueTask {
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
   double payload = 0;  ///< What is held weighs, N: contact forces are not known better than that.
+  const JointTarget* joints = nullptr;  ///< A path of the whole arm, in place of the posture.
 };
 
 /// What the last tick had to do besides following its task.

@@ -25,10 +25,10 @@ Eigen::Vector3d Limited(const Eigen::Vector3d& v, double max) {
 
 }  // namespace
 
-void PoseReference::Reset(const math::Pose& X_TR, const math::Vector6d& V_TR) {
+void PoseReference::Reset(const math::Pose& X_TR, const math::Vector6d& V_TR, const math::Vector6d& A_TR) {
   X_TR_ = X_TR;
   V_TR_ = V_TR;
-  A_TR_.setZero();
+  A_TR_ = A_TR;
 }
 
 void PoseReference::Advance(const math::Pose& X_TG, const MotionLimits& limits, double dt) {

@@ -18,7 +18,8 @@ struct MotionLimits {
 class PoseReference {
  public:
   /// Puts the reference at a pose with a velocity (of its origin, and angular), both in T.
-  void Reset(const math::Pose& X_TR, const math::Vector6d& V_TR = math::Vector6d::Zero());
+  void Reset(const math::Pose& X_TR, const math::Vector6d& V_TR = math::Vector6d::Zero(),
+             const math::Vector6d& A_TR = math::Vector6d::Zero());
   /// Moves towards X_TG for dt seconds. The goal may move between calls.
   void Advance(const math::Pose& X_TG, const MotionLimits& limits, double dt);
 

@@ -31,9 +31,16 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   const auto seen = observations.find(s_.robot);
   assert(seen != observations.end());
   Sense(estimate, seen->second);
+  for (OtherArm& other : s_.others) {
+    const auto found = observations.find(other.name);
+    if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
+  }
   if (s_.trustworthy) {
     if (!started_) Begin();
-    if (waiting_) {
+    Watch();
+    if (ContinueLoop()) {
+      // The arm rests until there is a plan.
+    } else if (waiting_) {
       WaitToRetry();
     } else {
       if (running()) WatchGrasp();
@@ -48,6 +55,8 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
 void Sequencer::Begin() {
   started_ = true;
   servo_->Begin();
+  if (options_.replanning.plan_anew)
+    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions);
   if (s_.in_plan()) {
     EnterStep(0);
   } else {
@@ -61,6 +70,7 @@ void Sequencer::EnterStep(int index) {
   s_.recovering = false;
   s_.released = kNone;
   const bool first = s_.current().action_start == index;
+  if (first && !AllowsAction(s_.plan_step().action_index)) return;
   StepRecord& record = s_.record();
   record.start = s_.time;
   ++record.attempts;
@@ -82,8 +92,13 @@ void Sequencer::FinishStep() {
   s_.Record(EventKind::kStepFinished,
             s_.plan_step().action + ": " + Length(record.position_error) + " from its pose");
   if (MissedItsRegion()) return;
-  if (s_.step + 1 < s_.num_steps()) {
+  const int action = s_.plan_step().action_index;
+  const bool last = s_.step + 1 == s_.num_steps();
+  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) monitor_->Finish(action);
+  if (!last) {
     EnterStep(s_.step + 1);
+  } else if (monitor_) {
+    Verify();
   } else {
     Finish("");
   }
@@ -176,7 +191,7 @@ void Sequencer::Recover(bool open) {
 
 void Sequencer::GiveUp(const std::string& reason) {
   std::string why;
-  if (TryAlternative(&why)) return;
+  if (monitor_ ? AskForPlan(reason, &why) : TryAlternative(&why)) return;
   Fail(why.empty() ? reason : reason + "; " + why);
 }
 
@@ -194,6 +209,16 @@ bool Sequencer::TryAlternative(std::string* why) {
   if (!found) return false;
   next.actions.insert(next.actions.end(), found->begin(), found->end());
   std::erase_if(next.steps, [&](const planning::PlanStep& step) { return step.action_index >= action; });
+  if (!Adopt(std::move(next), action, why)) return false;
+  LetGoOfWhatWasJustGrasped();
+  std::string text = "without " + blocked + ":";
+  for (const std::string& name : *found) text += " " + name;
+  s_.Record(EventKind::kReplanned, text);
+  EnterStep(s_.step);
+  return true;
+}
+
+bool Sequencer::Adopt(planning::Plan next, int action, std::string* why) {
   try {
     ResolvedPlan resolved = resolve_(std::move(next));
     s_.plan = std::move(resolved.plan);
@@ -212,24 +237,21 @@ bool Sequencer::TryAlternative(std::string* why) {
     s_.records[i] = {};
     s_.records[i].step = i;
   }
-  if (s_.held != kNone && s_.held != held_before_) {
-    // It was grasped by the action that is given up.
-    s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
-    Release();
-    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
-    s_.gripper.opening = s_.model->gripper().max_opening;
-  }
   std::erase_if(s_.retries, [&](const auto& entry) { return entry.first >= action; });
-  std::string text = "without " + blocked + ":";
-  for (const std::string& name : *found) text += " " + name;
-  s_.Record(EventKind::kReplanned, text);
-  EnterStep(s_.step);
   return true;
+}
+
+void Sequencer::LetGoOfWhatWasJustGrasped() {
+  if (s_.held == kNone || s_.held == held_before_) return;
+  s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
+  Release();
+  s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+  s_.gripper.opening = s_.model->gripper().max_opening;
 }
 
 void Sequencer::Fail(const std::string& reason) {
   s_.status.state = ExecutiveStatus::State::kFailed;
-  s_.status.reason = s_.plan_step().action + ": " + reason;
+  s_.status.reason = s_.in_plan() ? s_.plan_step().action + ": " + reason : reason;
   s_.Record(EventKind::kFailed, s_.status.reason);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/monitor.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -70,7 +72,18 @@ class Sequencer : public PlanRunner {
   void Recover(bool open);
   void GiveUp(const std::string& reason);
   bool TryAlternative(std::string* why);
+  /// The plan goes on with what `next` has from `action` on.
+  bool Adopt(planning::Plan next, int action, std::string* why);
+  void LetGoOfWhatWasJustGrasped();
   void Fail(const std::string& reason);
+
+  // sequencer_loop.cc: the plan is made anew where what is observed no longer allows it.
+  void Watch();
+  bool ContinueLoop();
+  bool AskForPlan(const std::string& reason, std::string* why);
+  void AdoptAnswer();
+  bool AllowsAction(int action);
+  void Verify();
 
   // sequencer_sensing.cc
   void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
@@ -109,6 +122,19 @@ class Sequencer : public PlanRunner {
   double last_retry_ = -std::numeric_limits<double>::infinity();
   std::optional<Progress> waiting_;  ///< A failure whose retry is not due yet.
   int replans_ = 0;
+
+  /// A plan that was asked for.
+  struct Pending {
+    std::future<PlanAnswer> answer;
+    int action = 0;  ///< It takes the place of the plan's actions from this one on.
+    double due = 0;  ///< s
+    std::string reason;
+  };
+  std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
+  std::optional<Pending> pending_;
+  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
+  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 
 }  // namespace tether::execution

@@ -95,8 +95,10 @@ double ReferenceServo::MaxForce() const {
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   double payload = 0;
   if (s_.held != kNone) payload = robot::kGravity * s_.object(s_.held).mass.value_or(0);
-  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
-                                     s_.held, touching_, payload, MaxForce()});
+  const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
+  command->torque =
+      servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, touching_,
+                       payload, MaxForce(), transit_.active() ? &joints : nullptr});
   WatchServo();
 }
 

@@ -118,6 +118,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
 
   now_.X_TH_start = reference_.X_TR();
   if (s_.current().push) EnterPush();
+  if (IsFreeMotion()) BeginTransit(verb, s_.q);
   const Eigen::Vector3d path = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
   const bool moves = path.norm() > 0.002;
   now_.approach_T = moves ? Eigen::Vector3d(path.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
@@ -182,6 +183,7 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   if (s_.current().push) return RunPush(verb);
   const math::Pose X_TTool = ToolGoal(verb);
   now_.X_TG = X_TTool * X_ToolHand_;
+  WatchTransit(verb);
   if (OutOfReach(now_.X_TG)) return BeyondReach(s_.step);
   const auto [position_error, rotation_error] = ToolError(X_TTool);
   s_.records[s_.step].position_error = position_error;

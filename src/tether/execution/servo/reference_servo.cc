@@ -41,6 +41,8 @@ ReferenceServo::ReferenceServo(Situation& situation,
       state_(s_.model, GravityIn(s_.X_WB)),
       controller_(s_.model, options_.gains, s_.model->home()),
       posture_search_(s_.model),
+      transit_(s_, options_.arm),
+      reference_arm_(s_.model),
       reach_search_(s_.model),
       contact_(options_.contact),
       carried_(s_.objects.size()),
@@ -107,6 +109,8 @@ void ReferenceServo::BeginStep() {
 }
 
 void ReferenceServo::BeginVerb() {
+  LeaveTransit();
+  transits_ = 0;
   now_ = {};
   now_.X_TG = reference_.X_TR();
 }
@@ -124,6 +128,7 @@ void ReferenceServo::HeldChanged() {
 
 void ReferenceServo::Stop() {
   before_recovery_ = TouchedNow();
+  LeaveTransit();
   Hold();
 }
 

@@ -16,6 +16,7 @@
 #include "tether/execution/reference/reach_search.h"
 #include "tether/execution/reference/transit.h"
 #include "tether/execution/sequencer/sequencer_options.h"
+#include "tether/execution/servo/arm_transit.h"
 #include "tether/execution/servo/reference_servo_options.h"
 #include "tether/execution/servo/servo.h"
 #include "tether/execution/servo/situation.h"
@@ -134,6 +135,15 @@ class ReferenceServo final : public Servo {
   std::string WhatHoldsUp() const;
   void Hold();
 
+  // arm_motion.cc: transits of the whole arm.
+  /// Plans one to the verb's goal, unless that is near. `from`: the arm's configuration, at rest.
+  void BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from);
+  /// Brakes where the goal has moved or something came into the path; at rest, plans anew.
+  void WatchTransit(const planning::ReachVerb& verb);
+  /// The reference follows the transit for a tick, at a share of its speed.
+  void FollowTransit(double rate);
+  void LeaveTransit();
+
   // push.cc
   void EnterPush();
   Progress RunPush(const planning::ReachVerb& verb);
@@ -184,6 +194,12 @@ class ReferenceServo final : public Servo {
   ObjectId supported_;                                        ///< The object that they are of.
   double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
   PostureSearch posture_search_;
+  ArmTransit transit_;
+  robot::Kinematics reference_arm_;  ///< The arm as the transit has it.
+  Eigen::MatrixXd reference_J_;
+  math::Vector6d V_BR_ = math::Vector6d::Zero();  ///< Of the hand on the transit.
+  math::Pose X_BGoal_;  ///< Of the hand, as the transit was planned.
+  int transits_ = 0;    ///< Planned for the present reach.
   ReachSearch reach_search_;
   double lacking_ = 0;  ///< To a pose that is out of reach, m.
   ContactDetector contact_;

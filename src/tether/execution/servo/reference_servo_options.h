@@ -5,6 +5,7 @@
 #include "tether/execution/observer/contact_detector.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/transit.h"
+#include "tether/execution/servo/arm_transit.h"
 #include "tether/execution/servo/torque_servo.h"
 
 namespace tether::execution {
@@ -20,6 +21,7 @@ struct ReferenceServoOptions {
   double push_tolerance = 0.003;  ///< A push ends when the object is this near to its pose, m …
   double push_angle = 0.0175;     ///< … and turned from it by no more, rad.
   double push_limit = 0.03;       ///< A push that gets no nearer still succeeds this near to its pose, m.
+  ArmTransitOptions arm;          ///< Of the whole arm's motions between key poses.
   /// The constrained torque controller in place of the operational-space one.
   bool constrained = false;
   TorqueServoOptions servo;  ///< Its settings; the gains and the period are those above.

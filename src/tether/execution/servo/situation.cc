@@ -53,6 +53,12 @@ Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
       records(steps.size()) {
   for (const ObjectId id : objects.ids()) objects[id].X = scene.InitialPose(object_name(id));
   for (const int i : records.ids()) records[i].step = i;
+  for (const scene::Robot& other : scene.robots) {
+    if (other.name == robot) continue;
+    const auto found = models.find(other.name);
+    if (found == models.end()) continue;
+    others.push_back({other.name, found->second, scene.InitialPose(other.name), found->second->home()});
+  }
 }
 
 void Situation::Record(EventKind kind, std::string text) {

@@ -19,6 +19,14 @@
 
 namespace tether::execution {
 
+/// An arm that is not the plan's.
+struct OtherArm {
+  std::string name;
+  std::shared_ptr<const robot::Model> model;
+  math::Pose X_WB;
+  Eigen::VectorXd q;  ///< n, rad: as measured last.
+};
+
 /// What is sensed, and where execution stands. The sequencer writes it; the servos read it, record events and
 /// set the gripper's opening and force where that is part of the motion. W: world, B: the robot's base, H:
 /// its hand, O: an object.
@@ -62,7 +70,8 @@ struct Situation {
   Eigen::VectorXd tau_external;
   double opening = 0;                                    ///< Between the fingers, m.
   IndexedVector<ObjectId, control::MovingPose> objects;  ///< In the world.
-  math::Pose X_WH;                                       ///< Written by the servo.
+  std::vector<OtherArm> others;
+  math::Pose X_WH;  ///< Written by the servo.
   math::Vector6d V_WH = math::Vector6d::Zero();
 
   // Where execution stands.

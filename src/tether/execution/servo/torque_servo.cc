@@ -80,6 +80,7 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   task.posture = &tick.posture;
   task.max_force = tick.max_force;
   task.payload = tick.payload;
+  task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;

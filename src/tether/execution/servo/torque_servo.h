@@ -46,6 +46,7 @@ struct TorqueServoTick {
   const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
   double payload = 0;                 ///< What is held weighs, N.
   double max_force = 40;              ///< N
+  const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to

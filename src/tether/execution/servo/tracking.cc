@@ -69,6 +69,7 @@ void ReferenceServo::MoveReference() {
   limits.speed *= slack;
   limits.angular_speed *= slack;
 
+  if (transit_.active()) return FollowTransit(slack);
   math::Pose X_TWaypoint = now_.X_TG;
   if (now_.transit) {
     const math::Pose X_WT = X_WF(frame_);
@@ -113,6 +114,7 @@ void ReferenceServo::MoveReference() {
 }
 
 void ReferenceServo::AimPosture() {
+  if (transit_.active()) return;
   if (!posture_search_.done()) {
     posture_search_.Advance();
     if (posture_search_.done())
@@ -179,8 +181,11 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (FindAllowed()) NameAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
+  const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
+  if (transit_.active()) target.obstacle_weight = 0;  // The path is free.
   carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
-  command->torque = limiter_->Limit(state_, controller_.Compute(state_, target), &carried_torque_);
+  command->torque = limiter_->Limit(
+      state_, controller_.Compute(state_, target, transit_.active() ? &joints : nullptr), &carried_torque_);
   WatchController();
 }
 

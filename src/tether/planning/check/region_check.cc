@@ -200,6 +200,7 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const Skeleton& skeleton, int 
       report.plan.steps.push_back(std::move(step));
     }
   }
+  report.plan.held = problem.robot.holds;
   SetModes(&report.plan);
   report.optimize_s = limits.Elapsed() - begin;
   return verdict;

@@ -118,7 +118,7 @@ std::vector<FrameId> UnmovedBelow(const SceneFacts& facts, const std::vector<Bou
 std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
                                                 const std::vector<BoundStep>& steps) {
   const Problem& problem = facts.problem();
-  FrameTree tree(facts.frames(), problem.scene, problem.robot.X_WHand);
+  FrameTree tree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds());
   const auto choose = [](const constraints::ChoiceKey&, const std::vector<constraints::Option>&) {
     return 0;
   };

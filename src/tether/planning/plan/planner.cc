@@ -15,6 +15,7 @@
 #include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/skeleton/skeleton_source.h"
 #include "tether/planning/skeleton/subsequences.h"
+#include "tether/planning/transit/plan_motion.h"
 
 namespace tether::planning {
 namespace {
@@ -59,7 +60,9 @@ class Planner {
 
   PlanReport Run() {
     try {
-      Search();
+      do {
+        Search();
+      } while (RejectsBest());
     } catch (const LimitReached& reached) {
       reached_ = reached.limit();
     }
@@ -76,6 +79,36 @@ class Planner {
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
       TryAll(std::move(batch));
     }
+  }
+
+  /// Plans the arm's motions of the best plan. If it has none, the plan is rejected, with what blocks it as a
+  /// conflict, and the search goes on.
+  bool RejectsBest() {
+    const std::vector<int> order = report_.BestFirst();
+    if (!problem_.motion || order.empty()) return false;
+    CandidateReport& best = report_.candidates[static_cast<size_t>(order.front())];
+    if (!best.feasible()) return false;
+    const double begin = limits_.Elapsed();
+    const MotionOutcome outcome = PlanMotions(problem_, &best.plan);
+    report_.motion_s += limits_.Elapsed() - begin;
+    if (outcome.found) return false;
+    const PlanStep& step = best.plan.steps[static_cast<size_t>(outcome.step)];
+    best.status = CandidateStatus::kGaveUp;
+    best.reason = step.action + ": " + outcome.reason;
+    const std::vector<ActionId> actions = sequences_[static_cast<size_t>(order.front())];
+    Verdict verdict;
+    verdict.report.reason = best.reason;
+    verdict.failing_actions = static_cast<size_t>(step.action_index) + 1;
+    const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
+    if (blocker != nullptr && blocker->movable()) verdict.unmoved = {facts_.frames().Find(blocker->name)};
+    fates_[actions] = Fate::kFailed;
+    costs_.erase(std::find(costs_.begin(), costs_.end(), best.plan.cost));
+    for (auto& orders : feasible_orders_) orders.second.erase(subsequences_.NormalOrder(actions));
+    AddConflict(actions, verdict);
+    if (on_candidate_) on_candidate_(best);
+    ended_ = false;
+    skipped_ = 0;
+    return !limits_.Over();
   }
 
   /// A sequence that waits for its turn.
@@ -301,6 +334,7 @@ class Planner {
     FormatInto(text, sizeof text, "it costs at least %.4f", bound);
     pruned.reason = text;
     if (on_candidate_) on_candidate_(pruned);
+    sequences_.push_back(actions);
     report_.candidates.push_back(std::move(pruned));
   }
 
@@ -313,6 +347,7 @@ class Planner {
     if (report.feasible()) AddPlan(actions, report.plan.cost);
     if (verdict.failing_actions > 0) AddConflict(actions, verdict);
     if (on_candidate_) on_candidate_(report);
+    sequences_.push_back(actions);
     report_.candidates.push_back(std::move(report));
   }
 
@@ -381,8 +416,9 @@ class Planner {
   Subsequences subsequences_;
   int next_index_ = 0;
   std::map<std::vector<ActionId>, Fate>
-      fates_;                  // of all sequences that were tried or skipped, and not ruled out
-  std::vector<double> costs_;  // of the feasible ones, ascending
+      fates_;  // of all sequences that were tried or skipped, and not ruled out
+  std::vector<std::vector<ActionId>> sequences_;  // of the candidates in the report
+  std::vector<double> costs_;                     // of the feasible ones, ascending
   std::map<std::vector<ActionId>, std::set<std::vector<ActionId>>>
       feasible_orders_;          // normal ones, by sorted actions
   size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
@@ -420,7 +456,7 @@ void Planner::Conclude() {
   report_.expanded = static_cast<int>(source_.expanded());
   report_.generated = static_cast<int>(source_.generated());
   report_.total_s = limits_.Elapsed();
-  report_.optimize_s = report_.total_s - report_.search_s;
+  report_.optimize_s = report_.total_s - report_.search_s - report_.motion_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   // A limit on the length may have left no sequence at all.
   impossible_ = impossible_ || (costs_.empty() && !all_seen && !limit &&

@@ -26,6 +26,7 @@ struct ActingRobot {
   math::Pose X_WBase;
   math::Pose X_WHand;  ///< The hand's pose at the start.
   Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
+  std::string holds = {};  ///< What the hand holds at the start, as it lies in it; empty: nothing.
 };
 
 /// Weights of the objective's parts: α and β of paper A, eq. (4).
@@ -95,6 +96,8 @@ struct Problem {
   std::vector<ConstraintSpec> constraints;  ///< Hold at every step.
   std::optional<task::TemporalGoal> goal;   ///< In place of the task's own.
   ActingRobot robot;
+  std::vector<ActingRobot> others;  ///< Arms that stand still.
+  bool motion = false;              ///< Plan the arm's motions of the best plan.
   ProgramOptions program;
   SearchOptions search;
 };

@@ -6,9 +6,11 @@
 
 namespace tether::planning {
 
-FrameTree::FrameTree(const scene::Frames& frames, const scene::Scene& scene, const math::Pose& X_WHand) {
+FrameTree::FrameTree(const scene::Frames& frames, const scene::Scene& scene, const math::Pose& X_WHand,
+                     FrameId holds) {
   State start(frames.size());
   for (const FrameId frame : frames.ids()) start[frame].parent = frames.Parent(frame);
+  if (holds.valid()) start[frames.hand()].parent = holds;
   int parameters = 0;
   for (const FrameId frame : frames.ids()) {
     first_parameter_.push_back(parameters);
@@ -26,9 +28,15 @@ void FrameTree::MoveTo(const scene::Scene& scene, const math::Pose& X_WHand) {
   for (const scene::Object& object : scene.objects) X_start_.push_back(object.X_ParentObject);
   for (const scene::Region& region : scene.regions) X_start_.push_back(region.X_ParentRegion);
   for (const scene::Robot& robot : scene.robots) X_start_.push_back(robot.X_ParentBase);
-  X_start_.push_back(X_WHand);
-  assert(X_start_.size() == first_parameter_.size());
   const State& start = StateAfter(-1);
+  std::vector<FrameId> under;  // the hand, from what it holds on
+  for (FrameId i = start.values().back().parent; start[i].parent.valid(); i = start[i].parent)
+    under.push_back(i);
+  math::Pose X_WHolder;
+  for (; !under.empty(); under.pop_back()) X_WHolder = X_WHolder * X_start_[under.back()];
+  X_start_.push_back(
+      start.values().back().parent == scene::Frames::world() ? X_WHand : math::Between(X_WHolder, X_WHand));
+  assert(X_start_.size() == first_parameter_.size());
   for (const FrameId frame : start.ids()) {
     math::Pose X;
     size_t at = ToIndex(first_parameter_[frame]);

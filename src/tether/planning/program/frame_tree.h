@@ -23,8 +23,10 @@ using Chain = std::vector<ChainLink>;
 /// of scene::Frames.
 class FrameTree {
  public:
-  /// The tree at the start: the scene's frames, and the hand at `X_WHand`.
-  FrameTree(const scene::Frames& frames, const scene::Scene& scene, const math::Pose& X_WHand);
+  /// The tree at the start: the scene's frames, and the hand at `X_WHand`, attached to the object that it
+  /// holds, or to the world.
+  FrameTree(const scene::Frames& frames, const scene::Scene& scene, const math::Pose& X_WHand,
+            FrameId holds = {});
 
   int num_steps() const { return states_.next_id() - 1; }
 

@@ -156,7 +156,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{.tree = FrameTree(facts.frames(), problem.scene, problem.robot.X_WHand),
+  KeyPoseProgram out{.tree = FrameTree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds()),
                      .program = {},
                      .guess = {},
                      .choices = {},

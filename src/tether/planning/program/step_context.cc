@@ -57,7 +57,8 @@ geometry::Shape DefaultHand() {
 SceneFacts::SceneFacts(const Problem& problem)
     : problem_(problem),
       frames_(std::make_shared<scene::Frames>(problem.scene)),
-      base_(frames_->Find(problem.robot.name)) {
+      base_(frames_->Find(problem.robot.name)),
+      holds_(frames_->Find(problem.robot.holds)) {
   const auto& model = problem.robot.model;
   hand_ = model != nullptr ? model->HandShape(model->gripper().max_opening) : DefaultHand();
   for (const ObjectId id : frames_->objects()) {

@@ -30,6 +30,8 @@ class SceneFacts {
   const std::string& Name(FrameId frame) const { return frames_->Name(frame); }
   /// Of the acting robot's base.
   FrameId base() const { return base_; }
+  /// What the hand holds at the start; not valid if it holds nothing.
+  FrameId holds() const { return holds_; }
   /// Null where nothing is solid.
   const geometry::Shape* ShapeOf(FrameId frame) const;
   /// Of an object; straight down where there is none.
@@ -49,7 +51,7 @@ class SceneFacts {
   const Problem& problem_;
   geometry::Shape hand_;
   std::shared_ptr<const scene::Frames> frames_;
-  FrameId base_;
+  FrameId base_, holds_;
   IndexedVector<ObjectId, Eigen::Vector3d> down_;
   std::vector<FrameId> solids_;
   constraints::KnownOfScene known_;

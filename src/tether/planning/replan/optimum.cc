@@ -37,6 +37,7 @@ void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& act
   Plan plan;
   plan.scenario = problem.title;
   plan.robot = problem.robot.name;
+  plan.held = problem.robot.holds;
   plan.actions = actions;
   for (size_t t = 0; t < steps.size(); ++t) {
     const BoundStep& step = steps[t];
