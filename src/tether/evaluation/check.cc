@@ -106,6 +106,7 @@ class FileChecker {
     // What only the simulation refuses is reported too.
     sim::RequireSimulable(scenario.scene, scenario.models, scene::InitialPoses(scenario.scene));
     check.problems = CheckGeometry(scenario);
+    for (std::string& problem : CheckArms(scenario)) check.problems.push_back(std::move(problem));
     check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
                           std::to_string(scenario.scene.regions.size()) + " regions, " +
                           std::to_string(scenario.scene.robots.size()) + " robots, " +

@@ -22,6 +22,9 @@ struct FileCheck {
 /// such a fact.
 std::vector<std::string> CheckGeometry(const scenario::Scenario& scenario);
 
+/// Arms that start inside of something: objects, other arms, themselves; and bases that stand in something.
+std::vector<std::string> CheckArms(const scenario::Scenario& scenario);
+
 /// Checks files in formats `tether.scenario/1`, `tether.actions/1`, `tether.events/1` and `tether.plan/1`,
 /// and logs of runs (`tether.log/2`), whose runs are judged again. A plan is judged by the independent
 /// checker, with the scenario among `files` that has its title, else with the one that it names. Files with

@@ -9,6 +9,12 @@
 namespace tether::evaluation {
 namespace {
 
+// A plan from a disturbed state may be longer than the task says by this many actions.
+constexpr int kMoreActions = 6;
+// Work is counted, so that the same run is planned in the same way on any machine.
+constexpr int kMostCandidates = 24;
+constexpr int kMostVariants = 12;
+
 /// The scene with objects and the acting robot as requested. What can be moved hangs on the world; other
 /// frames keep their parents, which may have been moved.
 scene::Scene ObservedScene(const scene::Scene& scene, const execution::PlanRequest& request) {
@@ -69,6 +75,11 @@ execution::PlanAnew MakePlanAnew(const scenario::Scenario& scenario, const scene
       overrides.stop = stop;
       planning::Problem problem = scenario::MakeProblem(scenario, observed, overrides);
       problem.robot.holds = request.held;
+      // What was undone takes actions of its own.
+      if (problem.search.max_actions > 0) problem.search.max_actions += kMoreActions;
+      problem.search.max_candidates = kMostCandidates;
+      problem.motion = false;  // Each transit is planned as it begins.
+      problem.program.max_variants = std::min(problem.program.max_variants, kMostVariants);
       planning::PlanReport report = planning::PlanTask(problem, *answer.task);
       answer.reason = report.message.empty() ? planning::ToString(report.status) : report.message;
       if (const planning::CandidateReport* best = report.best(); best != nullptr) answer.plan = best->plan;

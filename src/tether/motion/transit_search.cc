@@ -54,8 +54,10 @@ class TransitSearch {
       : problem_(problem), model_(*problem.snapshot.model), solver_(problem.snapshot.model) {
     robot::NarrowLimits(model_, kLimitMargin, posture_problem_.lower, posture_problem_.upper);
     for (const Obstacle& obstacle : problem.snapshot.obstacles) {
-      for (const geometry::Part& part : obstacle.shape.parts)
+      for (const geometry::Part& part : obstacle.shape.parts) {
         posture_problem_.obstacles.emplace_back(part, obstacle.X_BO, true);
+        names_.push_back(obstacle.name);
+      }
     }
     posture_problem_.clearance = problem.snapshot.clearance;
   }
@@ -65,6 +67,8 @@ class TransitSearch {
     if (candidates_.empty()) {
       transit_.status = PathStatus::kNoFreeGoal;
       transit_.reason = "no joint angles were found for the hand there";
+      if (!in_the_way_.empty()) transit_.reason += ": links would be inside " + in_the_way_;
+      transit_.blocker = in_the_way_;
       return std::move(transit_);
     }
     for (const double share : kShares) {
@@ -135,9 +139,14 @@ class TransitSearch {
       const TransitGoal& goal = problem_.goals[g];
       const auto attempt = [&](const VectorXd& from, const VectorXd& rest, bool preferred) {
         robot::Posture posture;
-        if (!Solve(goal.X_BH, from, rest, &posture)) return;
+        if (!Solve(goal.X_BH, from, rest, &posture)) {
+          if (posture.reaches() && posture.obstacle >= 0 && in_the_way_.empty())
+            in_the_way_ = names_[static_cast<size_t>(posture.obstacle)];
+          return;
+        }
         for (const IkCandidate& known : candidates_) {
-          if (known.goal == static_cast<int>(g) && (known.q - posture.q).cwiseAbs().maxCoeff() < kSame) return;
+          if (known.goal == static_cast<int>(g) && (known.q - posture.q).cwiseAbs().maxCoeff() < kSame)
+            return;
         }
         VectorXd end;
         if (!FollowsThen(goal, posture.q, &end)) return;
@@ -283,7 +292,8 @@ class TransitSearch {
   bool Note(PathStatus status, const VectorXd& q) {
     transit_.status = status;
     const std::optional<Touch> touch = scene_->FindTouch(q);
-    transit_.reason = status == PathStatus::kStartNotFree ? "where the arm stands, " : "where the hand goes, ";
+    transit_.reason =
+        status == PathStatus::kStartNotFree ? "where the arm stands, " : "where the hand goes, ";
     transit_.reason += touch ? touch->Text() : std::string("something is too near");
     transit_.blocker = touch ? touch->b : "";
     return false;
@@ -293,6 +303,8 @@ class TransitSearch {
   const robot::Model& model_;
   robot::PostureSolver solver_;
   robot::PostureProblem posture_problem_;
+  std::vector<std::string> names_;  // of the parts in posture_problem_.obstacles
+  std::string in_the_way_;
   std::vector<IkCandidate> candidates_;
   std::shared_ptr<const CollisionScene> scene_;
   Transit transit_;
@@ -313,7 +325,8 @@ double LeastClearance(const Snapshot& snapshot, const std::vector<VectorXd>& pat
   double least = most;
   for (size_t i = 0; i < path.size(); ++i) {
     const VectorXd& from = path[i > 0 ? i - 1 : 0];
-    const int steps = std::max(1, static_cast<int>(std::ceil((path[i] - from).cwiseAbs().maxCoeff() / kStep)));
+    const int steps =
+        std::max(1, static_cast<int>(std::ceil((path[i] - from).cwiseAbs().maxCoeff() / kStep)));
     for (int k = 1; k <= steps; ++k) {
       const std::optional<Touch> touch =
           scene->FindTouch(from + (path[i] - from) * (static_cast<double>(k) / steps));

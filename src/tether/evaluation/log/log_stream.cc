@@ -23,8 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kLook = std::chrono::milliseconds(12);    // Between looks at the queue.
-constexpr auto kChunk = std::chrono::milliseconds(20);   // How long a chunk is kept open.
+constexpr auto kLook = std::chrono::milliseconds(30);    // Between looks at the queue: a chunk each.
 constexpr auto kRetry = std::chrono::milliseconds(500);  // After writing failed.
 constexpr size_t kChunkBytes = size_t{1} << 19;          // A chunk is closed when it is larger.
 constexpr size_t kMostUnwritten = size_t{64} << 20;      // Bytes kept for a disk that has no room.
@@ -73,7 +72,7 @@ struct LogStream::Impl {
         last = closing;
       }
       Drain();
-      if (writer.open_bytes() > 0 && (last || Clock::now() - opened >= kChunk)) writer.CloseChunk();
+      writer.CloseChunk();
       if (last) writer.Finish();
       Collect();
       if (failure == 0 || last || Clock::now() >= retry_at) Flush();
@@ -89,7 +88,6 @@ struct LogStream::Impl {
         templates.emplace_back(head.target, MessageTemplate(body));
         continue;
       }
-      if (writer.open_bytes() == 0) opened = Clock::now();
       size_t channel = static_cast<size_t>(head.target);
       if (head.kind == Kind::kNumbers) {
         numbers.resize(body.size() / sizeof(double));
@@ -149,7 +147,7 @@ struct LogStream::Impl {
   std::vector<std::pair<int, MessageTemplate>> templates;
   std::string entry, message, unwritten;
   std::vector<double> numbers;
-  Clock::time_point opened, retry_at;
+  Clock::time_point retry_at;
   uint64_t newest = 0, written_until = 0;  // ns
   int failure = 0;                         // Of the last attempt to write.
   bool said = false, lost = false;

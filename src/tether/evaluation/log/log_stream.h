@@ -28,7 +28,7 @@ struct LogPreamble {
 
 /// An MCAP file that is written while its run goes on. The thread of the run hands over messages without ever
 /// waiting, neither for a lock nor for the disk; a thread of the stream formats, compresses and writes them.
-/// A message is in the file 40 ms after it was handed over, as far as the machine lets the thread run: what
+/// A message is in the file 30 ms after it was handed over, as far as the machine lets the thread run: what
 /// is killed has lost no more than the last 100 ms.
 ///
 /// When writing fails, as on a full disk, that is said once (LogWarning); the file keeps the whole records

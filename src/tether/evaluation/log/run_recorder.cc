@@ -343,22 +343,30 @@ void RunRecorder::WriteCommands(const RunMoment& moment) {
   stream_->Write(commands_, moment.time, numbers_);
 }
 
+const std::string& RunRecorder::NameText(const std::string& name) {
+  std::string& text = name_texts_[name];
+  if (text.empty()) text = Quoted(name);
+  return text;
+}
+
 void RunRecorder::WriteContacts(double time) {
-  std::string text = "{\"timestamp\":";
+  std::string& text = text_;
+  text = "{\"timestamp\":";
   AppendTime(static_cast<uint64_t>(std::llround(time * 1e9)), &text);
   text += ",\"contacts\":[";
   bool first = true;
   for (const sim::Contact& contact : world_.Contacts()) {
     text += first ? "{\"a\":" : ",{\"a\":";
     first = false;
-    AppendQuoted(contact.a, &text);
+    text += NameText(contact.a);
     text += ",\"b\":";
-    AppendQuoted(contact.b, &text);
+    text += NameText(contact.b);
     text += ",\"force\":";
     AppendNumber(contact.force, &text);
     text += '}';
   }
-  stream_->WriteText(kContacts, time, text + "]}");
+  text += "]}";
+  stream_->WriteText(kContacts, time, text);
 }
 
 void RunRecorder::WriteMargins(double time, RunMargins& measured) {

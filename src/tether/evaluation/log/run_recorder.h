@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -64,6 +65,7 @@ class RunRecorder {
   void WriteJoints(const RunMoment& moment);
   void WriteCommands(const RunMoment& moment);
   void WriteContacts(double time);
+  const std::string& NameText(const std::string& name);
   void WriteMargins(double time, RunMargins& margins);
   math::Pose TargetPose(const RunMoment& moment) const;
   void AddPose(const math::Pose& X);
@@ -80,7 +82,9 @@ class RunRecorder {
   int transforms_ = -1, joints_ = -1, commands_ = -1, margins_template_ = -1;
   std::string modes_;  // Of commands, in the present template.
   std::vector<double> numbers_;
-  double next_ = 0;  // Time of the next sample, s.
+  std::string text_;
+  std::map<std::string, std::string> name_texts_;  // Of bodies, with quotes.
+  double next_ = 0;                                // Time of the next sample, s.
   int step_ = -2, done_ = -1, retries_ = -1, replans_ = -1;
   bool running_ = false;
   std::string held_;

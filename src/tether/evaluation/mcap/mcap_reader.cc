@@ -150,8 +150,8 @@ class McapReader {
     fields.Get<uint64_t>();
     const auto crc = fields.Get<uint32_t>();
     if (!fields.ok()) End("the footer record is too short");
-    if (summary_)
-      Expect(crc, Crc32(Crc32(crc_, head), std::string_view(content_).substr(0, 16)), "the index");
+    if (!summary_) End("the record that ends the data is missing: the file was changed");
+    Expect(crc, Crc32(Crc32(crc_, head), std::string_view(content_).substr(0, 16)), "the index");
     record_at_ = offset_;
     content_.clear();
     Fetch(kMcapMagic.size() + 1);

@@ -10,6 +10,7 @@ struct MotionLimits {
   double acceleration = 1.0;        ///< m/s²
   double angular_speed = 1.2;       ///< rad/s
   double angular_acceleration = 5;  ///< rad/s²
+  double settle_rate = 12;          ///< The last stretch is an exponential approach with this rate, 1/s.
 };
 
 /// A pose that moves towards a goal with bounded speed and acceleration, and stops there: what the hand is

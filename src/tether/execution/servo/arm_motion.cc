@@ -78,7 +78,10 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
 
 void ReferenceServo::WatchTransit(const planning::ReachVerb& verb) {
   if (!transit_.active()) return;
-  if (transit_.done()) return LeaveTransit();
+  if (transit_.done()) {
+    path_ended_ = true;
+    return LeaveTransit();
+  }
   if (!transit_.braking()) {
     const math::Pose X_BG = math::Between(s_.X_WB, X_WF(frame_) * now_.X_TG);
     const bool moved =

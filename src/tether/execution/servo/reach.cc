@@ -44,6 +44,9 @@ math::Pose Blend(const math::Pose& X, const math::Pose& goal, double s) {
           X.p + s * (goal.p - X.p)};
 }
 
+// Where a path has ended a reach is done this near, m and rad.
+constexpr double kPathEnd = 0.006, kPathEndAngle = 0.03;
+
 }  // namespace
 
 bool ReferenceServo::IsFreeMotion() const {
@@ -197,6 +200,12 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   const bool slow = HandVelocity().head<3>().norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
   if (arrived && slow && there) return Progress::Done();
+  // At the end of its path the arm is at rest but for what the controller lags: the next motion takes that
+  // up.
+  if (path_ended_ && position_error < std::max(kPathEnd, verb.position_tolerance) &&
+      rotation_error < std::max(kPathEndAngle, verb.rotation_tolerance) &&
+      s_.verb + 1 < static_cast<int>(s_.verbs().size()))
+    return Progress::Done();
 
   if (!Stalled(position_error + 0.2 * rotation_error)) return Progress::Running();
   const bool turned = rotation_error > verb.rotation_tolerance;

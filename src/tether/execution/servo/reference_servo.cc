@@ -20,6 +20,8 @@ void ReferenceServoOptions::Check(Diagnostics* diagnostics) const {
   check("motion.acceleration", motion.acceleration);
   check("motion.angular_speed", motion.angular_speed);
   check("motion.angular_acceleration", motion.angular_acceleration);
+  check("free_speed", free_speed);
+  check("free_acceleration", free_acceleration);
   check("transit.side", transit.side);
   check("transit.above", transit.above);
   check("contact.threshold", contact.threshold);
@@ -67,13 +69,13 @@ ReferenceServo::ReferenceServo(Situation& situation,
   for (const auto& robot : s_.scene.robots) {
     if (robot.name == s_.robot) continue;
     const auto& model = models.at(robot.name);
-    neighbours_.push_back({robot.name,
-                           robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
-                           control::OperationalSpaceController(model, options_.gains, model->home()),
-                           {},
-                           std::make_unique<control::TorqueLimiter>(
-                               model, control::LimiterOptions{.period = shared_.period}),
-                           false});
+    neighbours_.push_back(
+        {robot.name,
+         robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
+         control::OperationalSpaceController(model, options_.gains, model->home()),
+         {},
+         std::make_unique<control::TorqueLimiter>(model, control::LimiterOptions{.period = shared_.period}),
+         false});
   }
 }
 
@@ -111,6 +113,8 @@ void ReferenceServo::BeginStep() {
 void ReferenceServo::BeginVerb() {
   LeaveTransit();
   transits_ = 0;
+  path_ended_ = false;
+  room_ = -1;
   now_ = {};
   now_.X_TG = reference_.X_TR();
 }
@@ -154,8 +158,7 @@ void ReferenceServo::CommandOthers(const robot::Observations& observations, robo
       other.controller.set_posture(found->second.q);
       command.gripper.opening = found->second.gripper_opening;
     }
-    command.torque =
-        other.limiter->Limit(other.state, other.controller.Compute(other.state, other.target));
+    command.torque = other.limiter->Limit(other.state, other.controller.Compute(other.state, other.target));
   }
 }
 

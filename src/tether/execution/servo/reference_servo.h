@@ -11,12 +11,12 @@
 #include "tether/control/operational_space.h"
 #include "tether/control/torque/torque_limiter.h"
 #include "tether/execution/observer/contact_detector.h"
+#include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/posture_search.h"
 #include "tether/execution/reference/reach_search.h"
 #include "tether/execution/reference/transit.h"
 #include "tether/execution/sequencer/sequencer_options.h"
-#include "tether/execution/servo/arm_transit.h"
 #include "tether/execution/servo/reference_servo_options.h"
 #include "tether/execution/servo/servo.h"
 #include "tether/execution/servo/situation.h"
@@ -135,6 +135,11 @@ class ReferenceServo final : public Servo {
   std::string WhatHoldsUp() const;
   void Hold();
 
+  // approach_speed.cc
+  /// The distance of the hand, and of what it holds, from anything else, m.
+  double FindRoom() const;
+  void LimitMotion(MotionLimits* limits);
+
   // arm_motion.cc: transits of the whole arm.
   /// Plans one to the verb's goal, unless that is near. `from`: the arm's configuration, at rest.
   void BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from);
@@ -185,8 +190,8 @@ class ReferenceServo final : public Servo {
 
   robot::State state_;
   control::OperationalSpaceController controller_;
-  std::optional<TorqueServo> servo_;                          ///< In place of `controller_` …
-  std::optional<control::TorqueLimiter> limiter_;             ///< … behind which this stands.
+  std::optional<TorqueServo> servo_;               ///< In place of `controller_` …
+  std::optional<control::TorqueLimiter> limiter_;  ///< … behind which this stands.
   Eigen::VectorXd carried_torque_;
   std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
@@ -194,12 +199,14 @@ class ReferenceServo final : public Servo {
   ObjectId supported_;                                        ///< The object that they are of.
   double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
   PostureSearch posture_search_;
+  double room_ = -1;  ///< As FindRoom() last said; −1: not asked in this verb.
   ArmTransit transit_;
   robot::Kinematics reference_arm_;  ///< The arm as the transit has it.
   Eigen::MatrixXd reference_J_;
   math::Vector6d V_BR_ = math::Vector6d::Zero();  ///< Of the hand on the transit.
-  math::Pose X_BGoal_;  ///< Of the hand, as the transit was planned.
-  int transits_ = 0;    ///< Planned for the present reach.
+  math::Pose X_BGoal_;                            ///< Of the hand, as the transit was planned.
+  int transits_ = 0;                              ///< Planned for the present reach.
+  bool path_ended_ = false;                       ///< The present reach has followed its path to the end.
   ReachSearch reach_search_;
   double lacking_ = 0;  ///< To a pose that is out of reach, m.
   ContactDetector contact_;

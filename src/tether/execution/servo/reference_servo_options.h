@@ -3,16 +3,18 @@
 #include "tether/common/error.h"
 #include "tether/control/operational_space.h"
 #include "tether/execution/observer/contact_detector.h"
+#include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/transit.h"
-#include "tether/execution/servo/arm_transit.h"
 #include "tether/execution/servo/torque_servo.h"
 
 namespace tether::execution {
 
 struct ReferenceServoOptions {
   control::OperationalSpaceGains gains;
-  MotionLimits motion;  ///< Speeds are the lesser of these and the verb's.
+  MotionLimits motion;             ///< Speeds are the lesser of these and the verb's.
+  double free_speed = 0.6;         ///< Of straight motions away from anything, m/s …
+  double free_acceleration = 4.0;  ///< … and m/s².
   TransitMargins transit;
   ContactDetector::Options contact;
   double contact_search = 0.01;   ///< A reach until contact goes on so far beyond its pose, m.

@@ -52,7 +52,7 @@ void ReferenceServo::ResetReferenceToHand() {
 
 void ReferenceServo::MoveReference() {
   MotionLimits limits = options_.motion;
-  limits.speed = std::min(limits.speed, now_.speed > 0 ? now_.speed : limits.speed);
+  LimitMotion(&limits);
   math::Pose X_WRef = X_WR();
   double lag = (X_WRef.p - s_.X_WH.p).norm();
   if (lag > kLostHand * options_.leash) {

@@ -15,7 +15,7 @@ namespace tether::planning {
 struct StepMotion {
   std::vector<Eigen::VectorXd> path;  ///< n each, rad, straight in between.
   double duration = 0;                ///< Of the whole step, with its straight motions, s.
-  double clearance = 0;  ///< The path's least distance from anything, m, up to kMostClearance.
+  double clearance = 0;               ///< The path's least distance from anything, m, up to kMostClearance.
 };
 inline constexpr double kMostClearance = 0.05;
 

@@ -102,7 +102,8 @@ class Planner {
     const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
     if (blocker != nullptr && blocker->movable()) verdict.unmoved = {facts_.frames().Find(blocker->name)};
     fates_[actions] = Fate::kFailed;
-    costs_.erase(std::find(costs_.begin(), costs_.end(), best.plan.cost));
+    const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
+    if (cost != costs_.end()) costs_.erase(cost);
     for (auto& orders : feasible_orders_) orders.second.erase(subsequences_.NormalOrder(actions));
     AddConflict(actions, verdict);
     if (on_candidate_) on_candidate_(best);
@@ -123,7 +124,13 @@ class Planner {
     kSkipped,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
   };
 
-  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
+  bool HasEnded() const {
+    return ended_ || impossible_ || limits_.Over() || FirstIsEnough() || TriedInVain();
+  }
+  bool TriedInVain() const {
+    const int most = problem_.search.max_candidates;
+    return most > 0 && costs_.empty() && static_cast<int>(report_.candidates.size()) >= most;
+  }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return ToIndex(problem_.search.max_plans.value_or(1)); }
   /// The wanted plans are found.

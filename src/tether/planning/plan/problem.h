@@ -24,8 +24,8 @@ struct ActingRobot {
   std::string name;
   std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
   math::Pose X_WBase;
-  math::Pose X_WHand;  ///< The hand's pose at the start.
-  Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
+  math::Pose X_WHand;      ///< The hand's pose at the start.
+  Eigen::VectorXd q;       ///< Its joints then, rad; empty: the model's home.
   std::string holds = {};  ///< What the hand holds at the start, as it lies in it; empty: nothing.
 };
 
@@ -78,6 +78,7 @@ struct SearchOptions {
   /// the k-th was the last that improved the wanted plans; not before these are found.
   int min_candidates = 16;
   double patience = 2;
+  int max_candidates = 0;   ///< Planning gives up after so many without a plan; 0: no limit.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
   /// The cost of key poses does not count: the cheapest feasible action sequence is best, and sequences are

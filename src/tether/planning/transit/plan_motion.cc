@@ -7,8 +7,8 @@
 
 #include "tether/common/limits.h"
 #include "tether/constraints/core/context.h"
-#include "tether/geometry/distance/query.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/motion/start_check.h"
 #include "tether/motion/trajectory.h"
 #include "tether/motion/transit_search.h"
 #include "tether/planning/program/frame_tree.h"
@@ -114,15 +114,8 @@ class MotionPlanner {
       const double width = geometry::Support(object.shape, across) + geometry::Support(object.shape, -across);
       snapshot.opening = std::min(snapshot.opening, width);
     }
-    for (const ActingRobot& other : problem_.others) {
-      const robot::LinkPoses poses(other.model->chain(), other.q.size() > 0 ? other.q : other.model->home());
-      for (const robot::LinkSolid& link : other.model->solids().links)
-        snapshot.obstacles.push_back(
-            {other.name + "'s " + link.name, link.shape, X_BW_ * other.X_WBase * poses.X_BL(link.link)});
-      snapshot.obstacles.push_back({other.name + "'s hand",
-                                    other.model->HandShape(other.model->gripper().max_opening),
-                                    X_BW_ * other.X_WBase * poses.X_BH()});
-    }
+    for (const ActingRobot& other : problem_.others)
+      motion::AddArm(other.name, *other.model, other.q, X_BW_ * other.X_WBase, &snapshot.obstacles);
     return snapshot;
   }
 

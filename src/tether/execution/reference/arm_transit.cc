@@ -1,9 +1,10 @@
-#include "tether/execution/servo/arm_transit.h"
+#include "tether/execution/reference/arm_transit.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "tether/common/text.h"
+#include "tether/motion/start_check.h"
 #include "tether/robot/gravity.h"
 
 namespace tether::execution {
@@ -42,15 +43,8 @@ motion::Snapshot ArmTransit::TakeSnapshot() const {
       snapshot.obstacles.push_back({object.name, object.shape, X_BW * s_.objects[i].X});
     }
   }
-  for (const OtherArm& other : s_.others) {
-    const robot::LinkPoses poses(other.model->chain(), other.q);
-    for (const robot::LinkSolid& link : other.model->solids().links)
-      snapshot.obstacles.push_back(
-          {other.name + "'s " + link.name, link.shape, X_BW * other.X_WB * poses.X_BL(link.link)});
-    snapshot.obstacles.push_back({other.name + "'s hand",
-                                  other.model->HandShape(other.model->gripper().max_opening),
-                                  X_BW * other.X_WB * poses.X_BH()});
-  }
+  for (const OtherArm& other : s_.others)
+    motion::AddArm(other.name, *other.model, other.q, X_BW * other.X_WB, &snapshot.obstacles);
   return snapshot;
 }
 
