@@ -13,6 +13,7 @@
 #include "tether/planning/plan/candidate.h"
 #include "tether/planning/plan/impossibility.h"
 #include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/skeleton/bound_actions.h"
 #include "tether/planning/skeleton/skeleton_source.h"
 #include "tether/planning/skeleton/subsequences.h"
 #include "tether/planning/transit/plan_motion.h"
@@ -23,12 +24,6 @@ namespace {
 // The most states that are examined after each proof, and when nothing was found.
 constexpr size_t kFewStates = 2000;
 constexpr size_t kManyStates = 100'000;
-
-std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<ActionId>& actions) {
-  std::vector<std::string> names;
-  for (const ActionId action : actions) names.push_back(task.actions()[action].name);
-  return names;
-}
 
 // Once the wanted plans are found, the most sequences in a row that may be skipped before planning ends.
 constexpr int kMostSkipped = 1000;
@@ -54,7 +49,7 @@ class Planner {
         limits_(problem.search),
         scope_(limits_),
         facts_(problem),
-        binder_(problem.scene, facts_.shared_frames(), problem.actions, problem.constraints),
+        bound_(problem, facts_.shared_frames(), task),
         source_(task, problem.goal, problem.search),
         subsequences_(source_.MakeProduct()) {}
 
@@ -153,37 +148,10 @@ class Planner {
                        [&](const task::Conflict& conflict) { return conflict.RulesOut(actions); });
   }
 
-  /// A ground action with its names bound.
-  struct BoundAction {
-    std::vector<BoundStep> steps;
-    Diagnostics diagnostics;
-  };
-
-  /// Each ground action is bound once.
-  std::shared_ptr<const Skeleton> Bind(const std::vector<ActionId>& actions) const {
-    auto skeleton = std::make_shared<Skeleton>();
-    skeleton->frames = facts_.shared_frames();
-    skeleton->actions = ActionNames(task_, actions);
-    for (size_t i = 0; i < actions.size(); ++i) {
-      const auto bound = bound_.Get(actions[i], [&] {
-        BoundAction made;
-        made.steps = binder_.BindAction(skeleton->actions[i], made.diagnostics);
-        return made;
-      });
-      // Throws, with what is wrong with each of the actions.
-      if (!bound->diagnostics.empty()) binder_.Bind(skeleton->actions);
-      for (const BoundStep& step : bound->steps) {
-        skeleton->steps.push_back(step);
-        skeleton->steps.back().action_index = static_cast<int>(i);
-      }
-    }
-    return skeleton;
-  }
-
   Verdict Optimize(const std::vector<ActionId>& actions, int index) const {
     const LimitsScope scope(limits_);
     try {
-      const std::shared_ptr<const Skeleton> skeleton = Bind(actions);
+      const std::shared_ptr<const Skeleton> skeleton = bound_.Bind(actions);
       Verdict verdict = HasRegionStep(skeleton->steps) ? CheckRegionSteps(facts_, *skeleton, index, limits_)
                                                        : OptimizeCandidate(facts_, *skeleton, index, limits_);
       verdict.report.plan.skeleton = skeleton;
@@ -290,7 +258,7 @@ class Planner {
   }
 
   double BoundOf(const std::vector<ActionId>& actions) const {
-    return LowerCostBound(facts_, Bind(actions)->steps);
+    return LowerCostBound(facts_, bound_.Bind(actions)->steps);
   }
 
   /// An order of the same actions whose lower cost bound is much less, found step by step; empty if there is
@@ -417,8 +385,7 @@ class Planner {
   const LimitsScope scope_;
   std::optional<Limit> reached_;  // The limit that ended the search.
   const SceneFacts facts_;
-  const SkeletonBinder binder_;
-  constraints::Memo<ActionId, BoundAction> bound_;
+  const BoundActions bound_;
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
