@@ -153,7 +153,8 @@ void WarnOfViolations(const planning::Plan& plan, const planning::Problem& probl
 /// not held, say. Empty if it does not, or if there is no plan.
 std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::PlanReport& report) {
   const planning::CandidateReport* best = report.best();
-  if (best == nullptr || scenario.execution.controller == "constrained_velocity") return "";
+  if (best == nullptr || scenario.execution.controller == scenario::Controller::kConstrainedVelocity)
+    return "";
   try {
     execution::Resolve(scenario.scene, best->plan);
   } catch (const InputError& error) {

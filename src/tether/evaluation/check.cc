@@ -212,7 +212,8 @@ class FileChecker {
   /// After each action the hand must hold what the action's schema says: a plan is run by the verbs in its
   /// file.
   static void CheckGrasps(const scenario::Scenario& scenario, const planning::Plan& plan, FileCheck& check) {
-    if (scenario.execution.controller == "constrained_velocity") return;  // which reads none of them
+    if (scenario.execution.controller == scenario::Controller::kConstrainedVelocity)
+      return;  // which reads none of them
     const auto name = [](const std::optional<std::string>& held) -> std::string {
       if (!held) return "leaves the gripper as it is";
       return held->empty() ? "opens the gripper" : "closes the gripper on '" + *held + "'";

@@ -56,7 +56,7 @@ TEST(GenerateTest, GeometryAndInitialStateAgreeInEveryScene) {
                       << parameters.regions << " seed " << seed << ": " << problem;
       }
       EXPECT_EQ(scenario.seed, seed);
-      EXPECT_EQ(scenario.planning.solver, "native");
+      EXPECT_EQ(scenario.planning.solver, nlp::Backend::kNative);
     }
   }
 }
@@ -175,10 +175,11 @@ TEST_F(FolderTest, NothingIsReplacedUnasked) {
 
 /// After the plan, for each block of the tower, the centre of mass of what stands on it is over that block.
 void ExpectBalanced(const scenario::Scenario& scenario, const planning::Plan& plan) {
-  planning::FrameTree tree(scenario.scene, {});
+  const scene::Frames frames(scenario.scene);
+  planning::FrameTree tree(frames, scenario.scene, {});
   std::vector<math::Pose> poses;
   for (const planning::PlanStep& step : plan.steps) {
-    ASSERT_TRUE(tree.AddStep(step.control, step.target));
+    ASSERT_TRUE(tree.AddStep(frames.Find(step.control), frames.Find(step.target)));
     poses.push_back(step.X_TC);
   }
   const int last = tree.num_steps() - 1;
@@ -187,13 +188,16 @@ void ExpectBalanced(const scenario::Scenario& scenario, const planning::Plan& pl
     double mass = 0;
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();
     for (const scene::Object& other : scenario.scene.objects) {
-      if (other.name == base.name || !other.movable() || !tree.HangsOn(other.name, base.name, last)) continue;
+      if (other.name == base.name || !other.movable() ||
+          !tree.HangsOn(frames.Find(other.name), frames.Find(base.name), last))
+        continue;
       mass += *other.mass;
-      moment += *other.mass * (tree.PoseAt(other.name, last, poses) * geometry::CentreOfMass(other.shape));
+      moment += *other.mass *
+                (tree.PoseAt(frames.Find(other.name), last, poses) * geometry::CentreOfMass(other.shape));
     }
     if (mass == 0) continue;
     const Eigen::Vector3d p_B =
-        tree.PoseAt(base.name, last, poses).Inverse() * Eigen::Vector3d(moment / mass);
+        tree.PoseAt(frames.Find(base.name), last, poses).Inverse() * Eigen::Vector3d(moment / mass);
     const auto& box = std::get<geometry::Box>(base.shape.parts[0].primitive);
     EXPECT_LT(std::abs(p_B.x()), box.size.x() / 2 - 0.002) << base.name;
     EXPECT_LT(std::abs(p_B.y()), box.size.y() / 2 - 0.002) << base.name;

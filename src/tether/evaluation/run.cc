@@ -90,7 +90,7 @@ class Run {
                                                            const planning::Plan& plan,
                                                            const RunOptions& options) {
     const scenario::ExecutionSettings& settings = scenario.execution;
-    if (settings.controller == "constrained_velocity") {
+    if (settings.controller == scenario::Controller::kConstrainedVelocity) {
       execution::VelocityExecutiveOptions velocity = MakeVelocityOptions(scenario);
       // The task outlives the run.
       const auto ways = std::make_shared<task::Replanner>(
@@ -128,7 +128,7 @@ class Run {
     if (settings.gain) options.gains.position = options.gains.rotation = *settings.gain;
     if (settings.damping) options.gains.position_damping = options.gains.rotation_damping = *settings.damping;
     options.gains.Validate();
-    options.constrained = settings.controller == "constrained_torque";
+    options.constrained = settings.controller == scenario::Controller::kConstrainedTorque;
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
     options.servo.max_force_where = settings.max_force_where;

@@ -169,11 +169,11 @@ TEST(RunTest, TimeoutsAndInterruptionsAreOutcomes) {
 
 TEST(RunTest, WhatTheControllerCannotDoIsBadInput) {
   Prepared prepared = OneBlock();
-  prepared.scenario.execution.controller = "constrained_velocity";
+  prepared.scenario.execution.controller = scenario::Controller::kConstrainedVelocity;
   prepared.scenario.execution.gain = -1;
   EXPECT_THROW(RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {}),
                InputError);
-  prepared.scenario.execution.controller = "operational_space";
+  prepared.scenario.execution.controller = scenario::Controller::kOperationalSpace;
   prepared.scenario.execution.gain = 0;
   EXPECT_THROW(RunPlan(prepared.scenario, prepared.scenario.scene, *prepared.task, prepared.plan, {}),
                InputError);

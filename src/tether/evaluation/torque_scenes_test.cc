@@ -13,7 +13,7 @@ namespace {
 RunReport PlanAndRun(const std::string& name, uint64_t seed,
                      const std::vector<scenario::Event>& events = {}) {
   scenario::Scenario scenario = scenario::Shipped(name);
-  scenario.execution.controller = "constrained_torque";
+  scenario.execution.controller = scenario::Controller::kConstrainedTorque;
   const auto task = scenario::MakeTask(scenario);
   const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, seed);
   scenario::PlanningOverrides overrides;

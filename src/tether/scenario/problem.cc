@@ -54,7 +54,7 @@ std::vector<planning::ActingRobot> MakeOtherRobots(const Scenario& scenario, con
 
 nlp::Backend ChooseBackend(const Scenario& scenario, const std::string& override_name) {
   const nlp::Backend backend =
-      nlp::ParseBackend(override_name.empty() ? scenario.planning.solver : override_name);
+      override_name.empty() ? scenario.planning.solver : nlp::ParseBackend(override_name);
   if (const std::string why_not = nlp::MakeSolver(backend)->WhyNot(); !why_not.empty())
     throw InputError(why_not, "");
   return backend;
@@ -154,9 +154,8 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
   for (const GlobalConstraint& constraint : scenario.constraints)
     problem.constraints.push_back(constraint.spec);
   problem.robot = MakeActingRobot(scenario, scene, settings.robot && !overrides.no_robot);
-  problem.program.weights = {settings.weight_translation, settings.weight_rotation};
-  problem.program.objective =
-      settings.objective == "length" ? planning::Objective::kLength : planning::Objective::kSquares;
+  problem.program.weights = settings.weights;
+  problem.program.objective = settings.objective;
   problem.program.home = settings.home;
   problem.program.backend = ChooseBackend(scenario, overrides.solver);
   problem.program.solver.trace = overrides.trace;

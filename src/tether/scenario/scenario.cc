@@ -217,15 +217,20 @@ class ScenarioParser {
   void ReadPlanning(const Value& value) {
     ObjectReader reader(value, "'planning'", diagnostics_);
     PlanningSettings& planning = scenario_.planning;
-    planning.solver = ReadChoice(reader, "solver", {"native", "ipopt", "nlopt"}, planning.solver);
+    planning.solver = ReadChoice<nlp::Backend>(
+        reader, "solver", Named({nlp::Backend::kNative, nlp::Backend::kIpopt, nlp::Backend::kNlopt}),
+        planning.solver);
     if (const Value* weights = reader.Optional("weights")) {
       ObjectReader inner(*weights, "'weights' of 'planning'", diagnostics_);
-      planning.weight_translation =
-          ReadBound(inner, "translation", planning.weight_translation, "zero or more");
-      planning.weight_rotation = ReadBound(inner, "rotation", planning.weight_rotation, "zero or more");
+      planning.weights.translation =
+          ReadBound(inner, "translation", planning.weights.translation, "zero or more");
+      planning.weights.rotation = ReadBound(inner, "rotation", planning.weights.rotation, "zero or more");
       inner.Finish();
     }
-    planning.objective = ReadChoice(reader, "objective", {"squares", "length"}, planning.objective);
+    planning.objective = ReadChoice<planning::Objective>(
+        reader, "objective",
+        {{"squares", planning::Objective::kSquares}, {"length", planning::Objective::kLength}},
+        planning.objective);
     planning.home = reader.Bool("home", planning.home);
     planning.robot = reader.Bool("robot", planning.robot);
     if (reader.Optional("max_plans") != nullptr)
@@ -251,8 +256,10 @@ class ScenarioParser {
     ObjectReader reader(value, "'execution'", diagnostics_);
     ExecutionSettings& execution = scenario_.execution;
     execution.controller =
-        ReadChoice(reader, "controller", {"constrained_torque", "operational_space", "constrained_velocity"},
-                   execution.controller);
+        ReadChoice<Controller>(reader, "controller",
+                               Named({Controller::kConstrainedTorque, Controller::kOperationalSpace,
+                                      Controller::kConstrainedVelocity}),
+                               execution.controller);
     if (const Value* force = reader.Optional("max_force")) {
       execution.max_force_where = force->where();
       execution.max_force =
@@ -318,6 +325,18 @@ std::vector<std::string> ShippedActionLibraries() {
   }
   std::sort(names.begin(), names.end());
   return names;
+}
+
+std::string ToString(Controller controller) {
+  switch (controller) {
+    case Controller::kConstrainedTorque:
+      return "constrained_torque";
+    case Controller::kOperationalSpace:
+      return "operational_space";
+    case Controller::kConstrainedVelocity:
+      return "constrained_velocity";
+  }
+  return "unknown";
 }
 
 Scenario LoadScenario(const std::string& path) { return LoadScenario(path, {}); }

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "tether/control/constraint_spec.h"
+#include "tether/ltl/formula/formula.h"
+#include "tether/nlp/solver.h"
 #include "tether/planning/plan/problem.h"
 #include "tether/robot/model.h"
 #include "tether/scenario/events.h"
@@ -32,10 +34,10 @@ inline constexpr double kSlowestRate = 10, kFastestRate = 1e5;
 /// The task, as written. The PDDL problem, when there is one, stands in Scenario::problem, the temporal goal
 /// in Scenario::goal.
 struct Task {
-  std::string domain;                ///< Path of the PDDL domain; empty: that of the scene's regions, if any.
-  std::string problem;               ///< Path of the PDDL problem; empty: none.
-  std::string ltl;                   ///< A temporal goal; empty: none.
-  std::string semantics = "cosafe";  ///< Of the temporal goal: cosafe or ltlf.
+  std::string domain;   ///< Path of the PDDL domain; empty: that of the scene's regions, if any.
+  std::string problem;  ///< Path of the PDDL problem; empty: none.
+  std::string ltl;      ///< A temporal goal; empty: none.
+  ltl::Semantics semantics = ltl::Semantics::kCosafe;  ///< Of the temporal goal.
   /// Predicates of one parameter that hold at the start for exactly what the arm reaches.
   std::vector<std::string> within_reach;
   /// None: kMaxActions, or no limit where plans have no poses to be optimised.
@@ -50,12 +52,11 @@ struct GlobalConstraint {
 };
 
 struct PlanningSettings {
-  std::string solver = "native";      ///< native, ipopt or nlopt.
-  double weight_translation = 0.5;    ///< α of Paper A, eq. (4), on ‖Δp‖² in m².
-  double weight_rotation = 1.5;       ///< β, on θ² in rad².
-  std::string objective = "squares";  ///< squares or length.
-  bool home = true;                   ///< First and last key pose are the hand's start.
-  bool robot = true;                  ///< Reach and grasp of the robot constrain the plan.
+  nlp::Backend solver = nlp::Backend::kNative;
+  planning::Weights weights;
+  planning::Objective objective = planning::Objective::kSquares;
+  bool home = true;   ///< First and last key pose are the hand's start.
+  bool robot = true;  ///< Reach and grasp of the robot constrain the plan.
   /// The number of best plans wanted; 0: all. None: the best, with the candidates met until it was found.
   std::optional<int> max_plans;
   int min_candidates = planning::SearchOptions().min_candidates;
@@ -66,16 +67,25 @@ struct PlanningSettings {
   std::optional<int> max_iterations;
 };
 
+/// What moves the arm.
+enum class Controller {
+  kConstrainedTorque,
+  kOperationalSpace,  ///< Torques without constraints.
+  kConstrainedVelocity,
+};
+/// "constrained_torque", "operational_space" or "constrained_velocity", as in files.
+std::string ToString(Controller controller);
+
 struct ExecutionSettings {
-  std::string controller = "constrained_torque";  ///< Or operational_space, or constrained_velocity.
-  double rate = 1000;                            ///< Control rate, Hz.
+  Controller controller = Controller::kConstrainedTorque;
+  double rate = 1000;  ///< Control rate, Hz.
   std::optional<double>
       gain;  ///< Of torques: k_p, 1/s²; constrained_velocity: η, 1/s. None: the controller's own.
   std::optional<double>
-      damping;             ///< Of torques: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
-  double max_force = 40;   ///< That the arm presses with, N: constrained_torque.
+      damping;               ///< Of torques: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
+  double max_force = 40;     ///< That the arm presses with, N: constrained_torque.
   Location max_force_where;  ///< Where the file says so.
-  double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
+  double timeout_s = 300;    ///< Simulated time after which a run has failed, s.
 };
 
 /// Bounds on the displacement of a run's initial poses from the file's, per movable object. Drawn from the

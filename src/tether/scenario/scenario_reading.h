@@ -1,8 +1,10 @@
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tether/common/bounds.h"
@@ -14,6 +16,27 @@ namespace tether::scenario {
 /// The text under `key`, one of `accepted`; the fallback if it is absent, or after a diagnostic.
 std::string ReadChoice(ObjectReader& reader, std::string_view key, const std::vector<std::string>& accepted,
                        const std::string& fallback);
+
+/// The same as a value: what `accepted` has beside the text.
+template <typename T>
+T ReadChoice(ObjectReader& reader, std::string_view key,
+             const std::vector<std::pair<std::string, T>>& accepted, T fallback) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : accepted) names.push_back(name);
+  const std::string text = ReadChoice(reader, key, names, std::string());
+  for (const auto& [name, value] : accepted) {
+    if (name == text) return value;
+  }
+  return fallback;
+}
+
+/// Values with their names, as ToString() has them.
+template <typename T>
+std::vector<std::pair<std::string, T>> Named(std::initializer_list<T> values) {
+  std::vector<std::pair<std::string, T>> named;
+  for (const T value : values) named.emplace_back(ToString(value), value);
+  return named;
+}
 
 /// A finite number from zero to `most`; the fallback if it is absent, or after a diagnostic.
 double ReadBound(ObjectReader& reader, std::string_view key, double fallback, const std::string& accepted,

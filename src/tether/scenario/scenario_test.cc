@@ -107,7 +107,7 @@ TEST_F(ScenarioTest, ASmallScenarioLoadsWithDefaults) {
   EXPECT_EQ(scenario.seed, 0u);
   EXPECT_EQ(scenario.scene.robots[0].q.size(), 7u);
   EXPECT_EQ(scenario.execution.rate, 1000);
-  EXPECT_EQ(scenario.planning.solver, "native");
+  EXPECT_EQ(scenario.planning.solver, nlp::Backend::kNative);
   EXPECT_TRUE(scenario.planning.home);
 }
 
@@ -142,7 +142,7 @@ events:
   EXPECT_EQ(spot.capacity, 1);
   EXPECT_EQ(spot.dwell, 5);
   EXPECT_TRUE(scenario.scene.FindRegion("hub")->hub);
-  EXPECT_EQ(scenario.task.semantics, "ltlf");
+  EXPECT_EQ(scenario.task.semantics, ltl::Semantics::kLtlf);
   EXPECT_EQ(scenario.constraints[0].relax, 2);
   EXPECT_EQ(scenario.constraints[0].spec.parameters.Find("relax"), nullptr);
   EXPECT_TRUE(scenario.events[0].has_goal);

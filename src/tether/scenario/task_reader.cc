@@ -77,7 +77,9 @@ class TaskReader {
     ObjectReader reader(value, "'goal' of 'task'", diagnostics_);
     const Value* pddl = reader.Optional("pddl");
     const Value* ltl = reader.Optional("ltl");
-    scenario_.task.semantics = ReadChoice(reader, "semantics", {"cosafe", "ltlf"}, scenario_.task.semantics);
+    scenario_.task.semantics = ReadChoice<ltl::Semantics>(
+        reader, "semantics", Named({ltl::Semantics::kCosafe, ltl::Semantics::kLtlf}),
+        scenario_.task.semantics);
     reader.Finish();
     if (value.is_object() && (pddl == nullptr) == (ltl == nullptr)) {
       diagnostics_.Add(value.where(), "'goal' of 'task' needs one formula", "pddl: (…) or ltl: …");
@@ -102,8 +104,7 @@ class TaskReader {
     task.ltl = ReadText(value, what, diagnostics_);
     if (task.ltl.empty()) return;
     try {
-      const ltl::Semantics semantics =
-          task.semantics == "ltlf" ? ltl::Semantics::kLtlf : ltl::Semantics::kCosafe;
+      const ltl::Semantics semantics = task.semantics;
       scenario_.goal = task::TemporalGoal{
           ltl::ReadEnds(ltl::ParseFormula(task.ltl, value.where()), semantics), semantics, value.where()};
       ltl::RequireSemantics(scenario_.goal->formula, semantics, value.where());

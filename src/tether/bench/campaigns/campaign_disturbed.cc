@@ -83,9 +83,12 @@ std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::ato
   Value kinds = Value::Array(), events = Value::Array();
   for (const std::string& kind : drawn.kinds) kinds.Append(kind);
   for (const scenario::Event& event : drawn.events)
-    events.Append((event.starts.empty() ? Fixed(event.time, 2) + " s" : event.starts) + ": " + event.Describe());
+    events.Append((event.starts.empty() ? Fixed(event.time, 2) + " s" : event.starts) + ": " +
+                  event.Describe());
   options.events = std::move(drawn.events);
-  record.Set("controller", scenario.execution.controller).Set("disturbed", kinds).Set("events", events);
+  record.Set("controller", ToString(scenario.execution.controller))
+      .Set("disturbed", kinds)
+      .Set("events", events);
   const evaluation::RunReport run = evaluation::RunPlan(scenario, start, *task, best->plan, options);
   if (run.status == evaluation::RunStatus::kInterrupted) return std::nullopt;
   record.Set("run", ToString(run.status)).Set("sim_time_s", run.sim_time_s).Set("retries", run.retries);

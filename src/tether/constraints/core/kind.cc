@@ -24,6 +24,19 @@ std::vector<std::string> Parameters::AllFrames() const {
   return all;
 }
 
+void Parameters::BindFrames(const scene::Frames& frames, FrameId moved) {
+  const auto find = [&](const std::string& name) { return name == kMoved ? moved : frames.Find(name); };
+  frame_ids_.clear();
+  pair_ids_.clear();
+  for (const std::string& name : frame_order_) {
+    if (const auto pair = frames_.find(name); pair != frames_.end()) {
+      for (const std::string& frame : pair->second) pair_ids_[name].push_back(find(frame));
+    } else {
+      frame_ids_[name] = find(texts_.at(name));
+    }
+  }
+}
+
 const std::vector<Kind>& Registry() {
   static const std::vector<Kind> kinds{GraspableKind(), InsideKind(),    PushNormalKind(), RestsOnKind(),
                                        SlideKind(),     SupportedKind(), TouchKind()};

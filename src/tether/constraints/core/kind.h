@@ -30,9 +30,13 @@ class Parameters {
  public:
   const std::string& Text(const std::string& name) const { return texts_.at(name); }
   double Number(const std::string& name) const { return numbers_.at(name); }
-  const std::vector<std::string>& Frames(const std::string& name) const { return frames_.at(name); }
+  /// Of a frame, and of a pair of frames; not valid where an optional one is not given. After BindFrames().
+  FrameId Frame(const std::string& name) const { return frame_ids_.at(name); }
+  const std::vector<FrameId>& Frames(const std::string& name) const { return pair_ids_.at(name); }
   /// Every frame that is named, in the order of the kind's parameters.
   std::vector<std::string> AllFrames() const;
+  /// Looks its frames up. A name that is not among `frames` gives one that is not valid; "moved" is `moved`.
+  void BindFrames(const scene::Frames& frames, FrameId moved);
 
  private:
   friend Parameters ReadParameters(const Kind& kind, const Value& value, Diagnostics& diagnostics);
@@ -41,6 +45,8 @@ class Parameters {
   std::map<std::string, double> numbers_;
   std::map<std::string, std::vector<std::string>> frames_;
   std::vector<std::string> frame_order_;
+  std::map<std::string, FrameId> frame_ids_;
+  std::map<std::string, std::vector<FrameId>> pair_ids_;
 };
 
 /// A set of points: those within `radius` of an axis and within `half_height` of its centre along it, m.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tether/constraints/grasps/surface.h"
+#include "tether/constraints/kinds/known.h"
 
 namespace tether::constraints {
 namespace {
@@ -192,8 +193,7 @@ std::vector<Contact> FindTips(const geometry::Shape& tool, const Vector3d& down_
 
 }  // namespace
 
-std::vector<Contact> FindContacts(const Context& context, const std::string& tool, const std::string& object,
-                                  int step) {
+std::vector<Contact> FindContacts(const Context& context, FrameId tool, FrameId object, int step) {
   const geometry::Shape* a = context.ShapeOf(tool);
   const geometry::Shape* b = context.ShapeOf(object);
   if (a == nullptr || b == nullptr) return {};
@@ -201,7 +201,7 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
   const int before = std::max(step - 1, -1);
   const math::Pose X_WB = context.PoseAt({object, before}), X_WA = context.PoseAt({tool, before});
   const Vector3d up_B = -context.DownFace(object);
-  const Vector3d down_A = tool == kHand ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
+  const Vector3d down_A = tool == context.hand() ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
   const Vector3d toward_W = context.X_WBase().p - X_WB.p;
   Vector3d pull_B = Level(X_WB.R.transpose() * toward_W, up_B);
   const double far = pull_B.norm();
@@ -215,7 +215,8 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
       contact.highest_B = side.highest_B;
       contact.reach_B = side.reach;
       contact.heights_B = side.heights;
-      contact.label = tool + " " + contact.label + " against " + object + " " + side.label;
+      contact.label =
+          context.Name(tool) + " " + contact.label + " against " + context.Name(object) + " " + side.label;
       // First the direction of the push, then a wide contact, then little turning of the tool.
       contact.score = 1 + contact.normal_B.dot(pull_B) - 0.5 * std::min(contact.half_width, 0.1);
       // The tool should reach over the object from the robot's side: the rest of it lies towards the robot.
@@ -237,15 +238,14 @@ std::vector<Contact> FindContacts(const Context& context, const std::string& too
   return contacts;
 }
 
-std::optional<Contact> ChosenContact(const Context& context, const std::string& tool,
-                                     const std::string& object, int step) {
-  const std::string key = "contact(" + tool + "," + object + ")@" + std::to_string(step);
-  const auto contacts = context.program_memo().Get<std::vector<Contact>>(
-      key, [&] { return FindContacts(context, tool, object, step); });
+std::optional<Contact> ChosenContact(const Context& context, FrameId tool, FrameId object, int step) {
+  const auto contacts = context.known_of_program().contacts.Get(
+      {tool, object, step}, [&] { return FindContacts(context, tool, object, step); });
   if (contacts->empty()) return std::nullopt;
   std::vector<Option> options;
   for (const Contact& contact : *contacts) options.push_back({contact.label, contact.score});
-  return (*contacts)[static_cast<size_t>(context.Choose(key, options))];
+  const ChoiceKey key{ChoiceKey::Kind::kContact, tool, object, step};
+  return (*contacts)[ToIndex(context.Choose(key, options))];
 }
 
 }  // namespace tether::constraints

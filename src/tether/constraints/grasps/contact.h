@@ -36,11 +36,9 @@ struct Contact {
 
 /// The contacts of `tool` with a side of `object` at `step`, best first: pushing from there moves the object
 /// towards the robot, or else towards the world's origin.
-std::vector<Contact> FindContacts(const Context& context, const std::string& tool, const std::string& object,
-                                  int step);
+std::vector<Contact> FindContacts(const Context& context, FrameId tool, FrameId object, int step);
 
 /// The contact chosen for that step, shared by all constraints on it.
-std::optional<Contact> ChosenContact(const Context& context, const std::string& tool,
-                                     const std::string& object, int step);
+std::optional<Contact> ChosenContact(const Context& context, FrameId tool, FrameId object, int step);
 
 }  // namespace tether::constraints

@@ -38,12 +38,12 @@ std::vector<ClosingDirection> ClosingDirections(const geometry::Primitive& primi
 class GraspFlaws;
 
 /// The grasp candidates, best first. Where there are none, `flaws`, if given, says why.
-std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, GraspFlaws* flaws = nullptr);
+std::vector<Grasp> FindGrasps(const Context& context, FrameId object, GraspFlaws* flaws = nullptr);
 
 /// The grasp chosen for this step and object, shared by all constraints of the step; none if there is none.
-std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object);
+std::optional<Grasp> ChosenGrasp(const Context& context, FrameId object);
 
 /// The part of ChosenGrasp, or the first part when nothing can be grasped.
-int GraspedPart(const Context& context, const std::string& object);
+int GraspedPart(const Context& context, FrameId object);
 
 }  // namespace tether::constraints

@@ -12,6 +12,7 @@
 #include "tether/constraints/grasps/part_grasps.h"
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/kinds/kinds.h"
+#include "tether/constraints/kinds/known.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
@@ -88,9 +89,10 @@ Matrix3d HandRotation(const Vector3d& approach, const Vector3d& closing, const M
 }
 
 /// The hand's rotation for a grasp, in the object's frame.
-Matrix3d GraspRotation(const Context& context, const std::string& object, const Grasp& grasp) {
+Matrix3d GraspRotation(const Context& context, FrameId object, const Grasp& grasp) {
   const int before = context.step() - 1;
-  const Matrix3d R_now = context.PoseAt({object, before}).R.transpose() * context.PoseAt({kHand, before}).R;
+  const Matrix3d R_now =
+      context.PoseAt({object, before}).R.transpose() * context.PoseAt({context.hand(), before}).R;
   // Without a preferred direction, keep the one that the hand has.
   const Vector3d closing = grasp.closing_O.value_or(R_now.col(1));
   const Vector3d across = closing - grasp.approach_O * grasp.approach_O.dot(closing);
@@ -135,16 +137,18 @@ double ApproachError(double tilt, const std::string& which) {
 }
 
 /// The hand's pose for this grasp: over the part's centre, as deep as the palm allows.
-double ScoreGrasp(const Context& context, const std::string& object, const Part& part, const Grasp& grasp) {
+double ScoreGrasp(const Context& context, FrameId object, const Part& part, const Grasp& grasp) {
   const Pose X_WO = context.PoseAt({object, context.step() - 1});
   const Pose X_WH = X_WO * Pose(GraspRotation(context, object, grasp), grasp.centre_O);
-  const double turn = math::AngleBetween(X_WH.R, context.PoseAt({kHand, context.step() - 1}).R);
+  const double turn = math::AngleBetween(X_WH.R, context.PoseAt({context.hand(), context.step() - 1}).R);
   double score = kWidthWeight * grasp.width + kTurnWeight * turn * turn;
-  if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
+  if (const geometry::Shape* hand = context.ShapeOf(context.hand())) {
     double clearance = kFingerClearance;
-    for (const scene::Object& other : context.scene().objects) {
-      if (other.name == object) continue;
-      const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+    for (const ObjectId id : context.frames().objects()) {
+      const FrameId frame = scene::Frames::Of(id);
+      if (frame == object) continue;
+      const scene::Object& other = context.scene().object(id);
+      const Pose X_WOther = context.PoseAt({frame, context.step() - 1});
       if (geometry::DistanceLowerBound(*hand, X_WH, other.shape, X_WOther) >= clearance) continue;
       clearance = std::min(clearance, geometry::SignedDistance(*hand, X_WH, other.shape, X_WOther).distance);
     }
@@ -163,15 +167,15 @@ double ScoreGrasp(const Context& context, const std::string& object, const Part&
 }
 
 void GuessGraspable(const Context& context, const Parameters& parameters, Pose& X_TC) {
-  const std::string& object = parameters.Text("object");
-  if (context.control() != kHand || context.target() != object) return;
+  const FrameId object = parameters.Frame("object");
+  if (context.control() != context.hand() || context.target() != object) return;
   if (const auto grasp = ChosenGrasp(context, object)) X_TC.R = GraspRotation(context, object, *grasp);
 }
 
 /// The open hand keeps clear of what else the object is made of.
 void AddOtherParts(const Context& context, const geometry::Shape& shape, int grasped,
                    const std::string& label, const std::vector<FrameAt>& frames, RowSink& sink) {
-  const geometry::Shape* hand = context.ShapeOf(kHand);
+  const geometry::Shape* hand = context.ShapeOf(context.hand());
   if (hand == nullptr) return;
   for (size_t j = 0; j < shape.parts.size(); ++j) {
     if (static_cast<int>(j) == grasped) continue;
@@ -200,18 +204,20 @@ void AddBetweenFingers(const Context& context, const Grasp& grasp, const Part& p
 }
 
 void BuildGraspable(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& object = parameters.Text("object");
+  const FrameId object = parameters.Frame("object");
   const geometry::Shape* shape = context.ShapeOf(object);
-  if (shape == nullptr) return sink.Refute("'" + object + "' is not solid: there is nothing to grasp");
+  if (shape == nullptr)
+    return sink.Refute("'" + context.Name(object) + "' is not solid: there is nothing to grasp");
   const auto grasp = ChosenGrasp(context, object);
   if (!grasp) {
     GraspFlaws flaws;
     FindGrasps(context, object, &flaws);
-    return flaws.proved() ? sink.Refute(flaws.Describe(object)) : sink.Decline(flaws.Describe(object));
+    return flaws.proved() ? sink.Refute(flaws.Describe(context.Name(object)))
+                          : sink.Decline(flaws.Describe(context.Name(object)));
   }
   const Part& part = shape->parts[static_cast<size_t>(grasp->part)];
-  const std::string label = "graspable(" + object + ")";
-  const std::vector<FrameAt> frames{{object, context.step()}, {kHand, context.step()}};
+  const std::string label = "graspable(" + context.Name(object) + ")";
+  const std::vector<FrameAt> frames{{object, context.step()}, {context.hand(), context.step()}};
   const Vector3d up = -grasp->approach_O;
   std::vector<Vector3d> centred;
   if (grasp->closing_O) {
@@ -249,26 +255,26 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
 }
 
 std::optional<Alignment> AlignGraspable(const Context& context, const Parameters& parameters) {
-  const std::string& object = parameters.Text("object");
-  if (context.control() != kHand || context.target() != object || context.ShapeOf(object) == nullptr ||
-      parameters.Text("approach") != "down")
+  const FrameId object = parameters.Frame("object");
+  if (context.control() != context.hand() || context.target() != object ||
+      context.ShapeOf(object) == nullptr || parameters.Text("approach") != "down")
     return std::nullopt;
   return Alignment{Vector3d::UnitZ(), context.DownFace(object)};
 }
 
 void CheckGraspable(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& object = parameters.Text("object");
+  const FrameId object = parameters.Frame("object");
   const geometry::Shape* shape = context.ShapeOf(object);
   if (shape == nullptr) return;
-  const std::string label = "graspable(" + object + ")";
-  const Pose X_OH =
-      math::Between(context.PoseAt({object, context.step()}), context.PoseAt({kHand, context.step()}));
+  const std::string label = "graspable(" + context.Name(object) + ")";
+  const Pose X_OH = math::Between(context.PoseAt({object, context.step()}),
+                                  context.PoseAt({context.hand(), context.step()}));
   // "Down" is towards the face that the object stands on.
   const double tilt = std::acos(std::clamp(X_OH.R.col(2).dot(context.DownFace(object)), -1.0, 1.0));
   const std::string& approach = parameters.Text("approach");
   findings.Report(label + (approach == "down" ? ": approach from above" : ": approach"), nlp::Unit::kRadian,
                   ApproachError(tilt, approach), [&] {
-                    return "the hand would come to " + object + " tilted by " +
+                    return "the hand would come to " + context.Name(object) + " tilted by " +
                            InDegrees(ApproachError(tilt, approach));
                   });
   // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
@@ -279,18 +285,19 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const double lower = PartSupport(part, -closing) + closing.dot(X_OH.p);
   const double opening = FingersOf(context.robot()).max_opening;
   findings.Report(label + ": width between the fingers", nlp::Unit::kMetre, upper + lower - opening, [&] {
-    return object + " is too wide there: " + InMillimetres(upper + lower) + ", and the fingers open " +
-           InMillimetres(opening);
+    return context.Name(object) + " is too wide there: " + InMillimetres(upper + lower) +
+           ", and the fingers open " + InMillimetres(opening);
   });
   findings.Report(label + ": centred between the fingers", nlp::Unit::kMetre, 0.5 * std::abs(upper - lower),
                   [&] {
-                    return object + " is not midway between the fingers, but " +
+                    return context.Name(object) + " is not midway between the fingers, but " +
                            InMillimetres(0.5 * (upper - lower)) + " off";
                   });
   // Measured along the closing axis alone, what is beside the pads would be between them.
   const double outside = geometry::DistanceToPoint(part.primitive, part.X_SP, X_OH.p).distance;
   findings.Report(label + ": between the fingers", nlp::Unit::kMetre, outside, [&] {
-    return "the point between the fingers would be " + InMillimetres(outside) + " beside " + object;
+    return "the point between the fingers would be " + InMillimetres(outside) + " beside " +
+           context.Name(object);
   });
   if (std::holds_alternative<geometry::Hull>(part.primitive)) {
     // The fingers lie flat against what they close on.
@@ -298,10 +305,10 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
       const auto hit = geometry::CastRay(part.primitive, part.X_SP, X_OH.p, outward);
       const double angle = hit ? std::acos(std::clamp(hit->n_W.dot(outward), -1.0, 1.0)) : std::numbers::pi;
       findings.Report(label + ": fingers on its sides", nlp::Unit::kRadian, angle - kNearlyParallel,
-                      [&] { return "a finger would not lie on a side of " + object; });
+                      [&] { return "a finger would not lie on a side of " + context.Name(object); });
     }
   }
-  if (const geometry::Shape* hand = context.ShapeOf(kHand)) {
+  if (const geometry::Shape* hand = context.ShapeOf(context.hand())) {
     double inside = 0;
     for (size_t j = 0; j < shape->parts.size(); ++j) {
       if (static_cast<int>(j) == index) continue;
@@ -309,7 +316,8 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
       inside = std::max(inside, -geometry::SignedDistance(*hand, X_OH, other, Pose()).distance);
     }
     findings.Report(label + ": hand clear of its other parts", nlp::Unit::kMetre, inside, [&] {
-      return "the open hand would be " + InMillimetres(inside) + " inside another part of " + object;
+      return "the open hand would be " + InMillimetres(inside) + " inside another part of " +
+             context.Name(object);
     });
   }
   if (context.robot() == nullptr) return;
@@ -317,27 +325,27 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
   const Vector3d down = X_OH.R.col(2);
   findings.Report(label + ": palm clear of its top", nlp::Unit::kMetre,
                   PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth, [&] {
-                    return object + " is too high to be grasped there: the palm would be " +
+                    return context.Name(object) + " is too high to be grasped there: the palm would be " +
                            InMillimetres(PartSupport(part, -down) + down.dot(X_OH.p) - gripper.palm_depth) +
                            " inside its top";
                   });
   const double below = down.dot(X_OH.p) + gripper.pad_half_height - geometry::Support(*shape, down);
   findings.Report(label + ": pads not below it", nlp::Unit::kMetre, below, [&] {
-    return object + " is too low to be grasped there: the fingers' pads would reach " + InMillimetres(below) +
-           " below it";
+    return context.Name(object) + " is too low to be grasped there: the fingers' pads would reach " +
+           InMillimetres(below) + " below it";
   });
 }
 
 }  // namespace
 
-std::vector<Grasp> FindGrasps(const Context& context, const std::string& object, GraspFlaws* flaws) {
+std::vector<Grasp> FindGrasps(const Context& context, FrameId object, GraspFlaws* flaws) {
   std::vector<Grasp> grasps;
   const geometry::Shape* shape = context.ShapeOf(object);
   if (shape == nullptr) return grasps;
   const Fingers fingers = FingersOf(context.robot());
   Load load;
   load.margin = context.grip_margin(object).value_or(0);
-  if (const scene::Object* body = context.scene().FindObject(object); body != nullptr && body->mass) {
+  if (const scene::Object* body = context.ObjectAt(object); body != nullptr && body->mass) {
     load.mass = *body->mass;
     load.friction = body->friction;
     load.force = context.grip_force(object);
@@ -372,17 +380,17 @@ std::vector<Grasp> FindGrasps(const Context& context, const std::string& object,
   return grasps;
 }
 
-std::optional<Grasp> ChosenGrasp(const Context& context, const std::string& object) {
-  const std::string key = "grasp(" + object + ")@" + std::to_string(context.step());
-  const auto grasps =
-      context.program_memo().Get<std::vector<Grasp>>(key, [&] { return FindGrasps(context, object); });
+std::optional<Grasp> ChosenGrasp(const Context& context, FrameId object) {
+  const auto grasps = context.known_of_program().grasps.Get({object, context.step()},
+                                                            [&] { return FindGrasps(context, object); });
   if (grasps->empty()) return std::nullopt;
   std::vector<Option> options;
   for (const Grasp& grasp : *grasps) options.push_back({grasp.label, grasp.score});
-  return (*grasps)[static_cast<size_t>(context.Choose(key, options))];
+  const ChoiceKey key{ChoiceKey::Kind::kGrasp, object, {}, context.step()};
+  return (*grasps)[ToIndex(context.Choose(key, options))];
 }
 
-int GraspedPart(const Context& context, const std::string& object) {
+int GraspedPart(const Context& context, FrameId object) {
   const auto grasp = ChosenGrasp(context, object);
   return grasp ? grasp->part : 0;
 }

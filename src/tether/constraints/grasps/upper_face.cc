@@ -5,6 +5,7 @@
 
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/kinds/contact_patch.h"
+#include "tether/constraints/kinds/known.h"
 #include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polygon/polygon.h"
 
@@ -80,10 +81,9 @@ std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape
   return faces;
 }
 
-std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, const std::string& name) {
-  return context.memo().Get<std::vector<UpperFace>>("upper(" + name + ")", [&] {
-    return UpperFaces(name, *context.ShapeOf(name), -context.DownFace(name));
-  });
+std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, FrameId name) {
+  return context.known().upper_faces.Get(
+      name, [&] { return UpperFaces(context.Name(name), *context.ShapeOf(name), -context.DownFace(name)); });
 }
 
 const UpperFace& FaceAtHeight(const std::vector<UpperFace>& faces, double height) {
@@ -110,7 +110,7 @@ const UpperFace& FaceUnder(const std::vector<UpperFace>& faces, double height,
 namespace {
 
 /// "stands tilted" or "is round where it would carry something".
-std::string WhyNotFlat(const Context& context, const std::string& name, const Vector3d& direction) {
+std::string WhyNotFlat(const Context& context, FrameId name, const Vector3d& direction) {
   const geometry::Shape& shape = *context.ShapeOf(name);
   for (const geometry::FlatFacet& face : geometry::RestingFaces(shape, geometry::CentreOfMass(shape))) {
     const double angle = std::acos(std::clamp(face.normal.dot(direction.normalized()), -1.0, 1.0));
@@ -122,12 +122,13 @@ std::string WhyNotFlat(const Context& context, const std::string& name, const Ve
 
 }  // namespace
 
-std::string NoUpperFace(const Context& context, const std::string& name) {
-  return name + " has no flat upper face" + WhyNotFlat(context, name, -context.DownFace(name));
+std::string NoUpperFace(const Context& context, FrameId name) {
+  return context.Name(name) + " has no flat upper face" + WhyNotFlat(context, name, -context.DownFace(name));
 }
 
-std::string NoLowerFace(const Context& context, const std::string& name) {
-  return name + " has no flat lower face to rest on" + WhyNotFlat(context, name, context.DownFace(name));
+std::string NoLowerFace(const Context& context, FrameId name) {
+  return context.Name(name) + " has no flat lower face to rest on" +
+         WhyNotFlat(context, name, context.DownFace(name));
 }
 
 }  // namespace tether::constraints

@@ -29,7 +29,7 @@ std::vector<UpperFace> UpperFaces(const std::string& name, const geometry::Shape
                                   const Eigen::Vector3d& up);
 
 /// The same for a frame of the scene, computed once.
-std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, const std::string& name);
+std::shared_ptr<const std::vector<UpperFace>> UpperFacesOf(const Context& context, FrameId name);
 
 /// The face that carries a body whose lowest point is at this height over the solid's origin, m: the nearest.
 const UpperFace& FaceAtHeight(const std::vector<UpperFace>& faces, double height);
@@ -39,8 +39,8 @@ const UpperFace& FaceUnder(const std::vector<UpperFace>& faces, double height,
                            const Eigen::Vector3d& centre_of_mass);
 
 /// Why nothing can be put on `name`: "ramp has no flat upper face: what is tilted or round carries nothing".
-std::string NoUpperFace(const Context& context, const std::string& name);
+std::string NoUpperFace(const Context& context, FrameId name);
 /// The same of what would be put down.
-std::string NoLowerFace(const Context& context, const std::string& name);
+std::string NoLowerFace(const Context& context, FrameId name);
 
 }  // namespace tether::constraints

@@ -71,10 +71,6 @@ void AddPartRows(const Part& part, double margin, const std::string& label,
   AddHalfSpaces(Role::kInequality, label, rows, frames, sink);
 }
 
-std::string Resolve(const Context& context, const std::string& frame) {
-  return frame == kMoved ? context.control() : frame;
-}
-
 /// A region as a solid to be inside of: flat ones are columns without limit along z.
 void AddRegionRows(const scene::Region& region, double margin, const std::string& label,
                    const std::vector<FrameAt>& frames, RowSink& sink) {
@@ -100,11 +96,11 @@ void AddRegionRows(const scene::Region& region, double margin, const std::string
 
 void GuessInside(const Context& context, const Parameters& parameters, Pose& X_TC) {
   // Only for the frame that this step places, relative to the very thing it should be in.
-  if (Resolve(context, parameters.Text("frame")) != context.control()) return;
-  if (parameters.Text("of") != context.target() || context.control() != kHand) return;
-  const geometry::Shape* shape = context.ShapeOf(parameters.Text("of"));
+  if (parameters.Frame("frame") != context.control()) return;
+  if (parameters.Frame("of") != context.target() || context.control() != context.hand()) return;
+  const geometry::Shape* shape = context.ShapeOf(parameters.Frame("of"));
   if (shape == nullptr) return;
-  const Part& part = shape->parts[static_cast<size_t>(GraspedPart(context, parameters.Text("of")))];
+  const Part& part = shape->parts[static_cast<size_t>(GraspedPart(context, parameters.Frame("of")))];
   // Along the part, as near to where the hand is as the margin allows.
   const double margin = parameters.Number("margin");
   Vector3d p_PC = part.X_SP.Inverse() * X_TC.p;
@@ -122,7 +118,7 @@ void GuessInside(const Context& context, const Parameters& parameters, Pose& X_T
                         [&](const geometry::Capsule& capsule) { clamp_z(0.5 * capsule.length); },
                         [&](const geometry::Cylinder& cylinder) { clamp_z(0.5 * cylinder.length); },
                         [&](const geometry::Hull& hull) {
-                          const auto grasp = ChosenGrasp(context, parameters.Text("of"));
+                          const auto grasp = ChosenGrasp(context, parameters.Frame("of"));
                           p_PC = grasp ? part.X_SP.Inverse() * grasp->centre_O : hull.polytope->centroid;
                         }},
              part.primitive);
@@ -130,27 +126,27 @@ void GuessInside(const Context& context, const Parameters& parameters, Pose& X_T
 }
 
 void BuildInside(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string frame = Resolve(context, parameters.Text("frame"));
-  const std::string& of = parameters.Text("of");
+  const FrameId frame = parameters.Frame("frame");
+  const FrameId of = parameters.Frame("of");
   const double margin = parameters.Number("margin");
-  const std::string label = "inside(" + frame + ", " + of + ")";
+  const std::string label = "inside(" + context.Name(frame) + ", " + context.Name(of) + ")";
   const std::vector<FrameAt> frames{{of, context.step()}, {frame, context.step()}};
-  if (const scene::Region* region = context.scene().FindRegion(of)) {
+  if (const scene::Region* region = context.RegionAt(of)) {
     AddRegionRows(*region, margin, label, frames, sink);
   } else if (const geometry::Shape* shape = context.ShapeOf(of)) {
-    const int part = frame == kHand ? GraspedPart(context, of) : 0;
+    const int part = frame == context.hand() ? GraspedPart(context, of) : 0;
     AddPartRows(shape->parts[static_cast<size_t>(part)], margin, label, frames, sink);
   }
 }
 
 void CheckInside(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string frame = Resolve(context, parameters.Text("frame"));
-  const std::string& of = parameters.Text("of");
+  const FrameId frame = parameters.Frame("frame");
+  const FrameId of = parameters.Frame("of");
   const Pose X_OF =
       math::Between(context.PoseAt({of, context.step()}), context.PoseAt({frame, context.step()}));
-  const std::string label = "inside(" + frame + ", " + of + ")";
+  const std::string label = "inside(" + context.Name(frame) + ", " + context.Name(of) + ")";
   double distance = 0;
-  if (const scene::Region* region = context.scene().FindRegion(of)) {
+  if (const scene::Region* region = context.RegionAt(of)) {
     const Vector3d& p = X_OF.p;
     distance =
         std::visit(Overloaded{[&](const geometry::Primitive& primitive) {
@@ -164,16 +160,16 @@ void CheckInside(const Context& context, const Parameters& parameters, Findings&
   } else if (const geometry::Shape* shape = context.ShapeOf(of)) {
     distance = geometry::DistanceToPoint(*shape, Pose(), X_OF.p).distance;
   }
-  const std::string what = frame == kHand ? "the grasp point" : frame;
-  findings.Report(label, nlp::Unit::kMetre, distance,
-                  [&] { return what + " is " + InMillimetres(distance) + " outside of " + of; });
+  const std::string what = frame == context.hand() ? "the grasp point" : context.Name(frame);
+  findings.Report(label, nlp::Unit::kMetre, distance, [&] {
+    return what + " is " + InMillimetres(distance) + " outside of " + context.Name(of);
+  });
 }
 
 /// Within the ball about the middle of the solid's bounding box.
 std::optional<Column> LocateInside(const Context& context, const Parameters& parameters) {
-  const std::string& of = parameters.Text("of");
-  if (Resolve(context, parameters.Text("frame")) != context.control() || of != context.target())
-    return std::nullopt;
+  const FrameId of = parameters.Frame("of");
+  if (parameters.Frame("frame") != context.control() || of != context.target()) return std::nullopt;
   const geometry::Shape* shape = context.ShapeOf(of);
   if (shape == nullptr) return std::nullopt;
   const geometry::Aabb box = geometry::BoundingBox(*shape, Pose());

@@ -9,6 +9,7 @@
 #include "tether/constraints/grasps/surface.h"
 #include "tether/constraints/grasps/upper_face.h"
 #include "tether/constraints/kinds/contact_patch.h"
+#include "tether/constraints/kinds/known.h"
 #include "tether/geometry/input_tolerance.h"
 #include "tether/geometry/polygon/polygon.h"
 
@@ -91,9 +92,8 @@ double HeightOf(const geometry::Shape& shape, const Vector3d& down) {
 
 /// Whether some yaw exists at which the object, in the middle of a hollow face, is carried by the parts that
 /// it touches.
-bool Bridges(const Context& context, const std::string& object, const std::string& on,
-             const UpperFace& face) {
-  return *context.memo().Get<bool>("bridges(" + object + "," + on + ")", [&] {
+bool Bridges(const Context& context, FrameId object, FrameId on, const UpperFace& face) {
+  return *context.known().bridges.Get({object, on}, [&] {
     const geometry::Shape &a = *context.ShapeOf(object), &b = *context.ShapeOf(on);
     const Vector3d& up = face.facet.normal;
     const Vector3d down = context.DownFace(object);
@@ -111,8 +111,7 @@ bool Bridges(const Context& context, const std::string& object, const std::strin
 
 /// Which of several upper faces the object is put on at this step; those first where there is room above for
 /// it and a hand, and none where it does not fit itself.
-int ChooseFace(const Context& context, const std::string& object, const std::string& on,
-               const std::vector<UpperFace>& faces) {
+int ChooseFace(const Context& context, FrameId object, FrameId on, const std::vector<UpperFace>& faces) {
   const double height = HeightOf(*context.ShapeOf(object), context.DownFace(object));
   const double foot =
       InradiusOf(geometry::SupportPolygon(*context.ShapeOf(object), context.DownFace(object)));
@@ -137,13 +136,12 @@ int ChooseFace(const Context& context, const std::string& object, const std::str
                    [&](size_t a, size_t b) { return options[a].score < options[b].score; });
   std::vector<Option> sorted;
   for (const size_t i : order) sorted.push_back(options[i]);
-  const std::string key = "face(" + object + "," + on + ")@" + std::to_string(context.step());
-  return which[order[static_cast<size_t>(context.Choose(key, sorted))]];
+  const ChoiceKey key{ChoiceKey::Kind::kFace, object, on, context.step()};
+  return which[order[ToIndex(context.Choose(key, sorted))]];
 }
 
 /// The face that carries the object before this step.
-int PresentFace(const Context& context, const std::string& object, const std::string& on,
-                const std::vector<UpperFace>& faces) {
+int PresentFace(const Context& context, FrameId object, FrameId on, const std::vector<UpperFace>& faces) {
   const int before = context.step() - 1;
   const Pose X_BA = math::Between(context.PoseAt({on, before}), context.PoseAt({object, before}));
   const Vector3d& up = faces.front().facet.normal;
@@ -155,26 +153,23 @@ int PresentFace(const Context& context, const std::string& object, const std::st
 
 }  // namespace
 
-std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
-                                               const std::string& on) {
+std::shared_ptr<const Placement> FindPlacement(const Context& context, FrameId object, FrameId on) {
   const geometry::Shape* a = context.ShapeOf(object);
   const geometry::Shape* b = context.ShapeOf(on);
   if (a == nullptr || b == nullptr) return nullptr;
-  std::string key = "placement(" + object + "," + on + ")";
   int face = 0;
   if (b->is_compound()) {
     const auto faces = UpperFacesOf(context, on);
     if (faces->size() > 1) {
       face = context.control() == object && context.target() == on ? ChooseFace(context, object, on, *faces)
                                                                    : PresentFace(context, object, on, *faces);
-      key += std::to_string(face);
     }
   }
-  return context.memo().Get<Placement>(key, [&] {
+  return context.known().placements.Get({object, on, face}, [&] {
     const auto foot = geometry::SupportPolygon(*a, context.DownFace(object));
     if (!b->is_compound())
       return Placement{foot, geometry::SupportPolygon(*b, -context.DownFace(on)), -1, false, {}};
-    const UpperFace& chosen = (*UpperFacesOf(context, on))[static_cast<size_t>(face)];
+    const UpperFace& chosen = (*UpperFacesOf(context, on))[ToIndex(face)];
     Placement placement{foot, chosen.facet, chosen.part, chosen.hollow, {}};
     for (const UpperFace& other : *UpperFacesOf(context, on)) {
       if (other.part >= 0 && std::abs(other.facet.offset - chosen.facet.offset) <= geometry::kInputLength)
@@ -184,24 +179,21 @@ std::shared_ptr<const Placement> FindPlacement(const Context& context, const std
   });
 }
 
-bool HasFaces(const Context& context, const std::string& on) {
+bool HasFaces(const Context& context, FrameId on) {
   const geometry::Shape* shape = context.ShapeOf(on);
   return shape != nullptr && shape->is_compound() && UpperFacesOf(context, on)->size() > 1;
 }
 
-std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
-                                                   const std::string& on) {
+std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, FrameId object, FrameId on) {
   auto placement = FindPlacement(context, object, on);
   const bool flat = placement && placement->foot.points.size() >= 3 && placement->support.points.size() >= 3;
   return flat ? placement : nullptr;
 }
 
-std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
-                                       const std::string& by, const Placement& placement, double margin) {
-  const std::string key = "demand(" + object + "," + by + "," + std::to_string(placement.part) + "," +
-                          std::to_string(margin) + ")";
-  return context.memo().Get<Demand>(key,
-                                    [&] { return FindDemand(*context.ShapeOf(object), placement, margin); });
+std::shared_ptr<const Demand> DemandOf(const Context& context, FrameId object, FrameId by,
+                                       const Placement& placement, double margin) {
+  return context.known().demands.Get({object, by, placement.part, margin},
+                                     [&] { return FindDemand(*context.ShapeOf(object), placement, margin); });
 }
 
 }  // namespace tether::constraints

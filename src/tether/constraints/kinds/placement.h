@@ -28,18 +28,16 @@ struct Placement {
 
 /// Where `object` rests on `on`: on the face chosen at this step if it is put down at it, else on the face
 /// that it was on before. Null if one of the two is not solid.
-std::shared_ptr<const Placement> FindPlacement(const Context& context, const std::string& object,
-                                               const std::string& on);
+std::shared_ptr<const Placement> FindPlacement(const Context& context, FrameId object, FrameId on);
 /// The same, but null too if a face there is not flat.
-std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, const std::string& object,
-                                                   const std::string& on);
+std::shared_ptr<const Placement> FindFlatPlacement(const Context& context, FrameId object, FrameId on);
 /// `on` has several faces to put something on: which is a choice.
-bool HasFaces(const Context& context, const std::string& on);
+bool HasFaces(const Context& context, FrameId on);
 
 /// The demand on where `object` stands on its support, with the margin asked for, m: less where a footprint
 /// has less room (ERRATA A13).
-std::shared_ptr<const Demand> DemandOf(const Context& context, const std::string& object,
-                                       const std::string& by, const Placement& placement, double margin);
+std::shared_ptr<const Demand> DemandOf(const Context& context, FrameId object, FrameId by,
+                                       const Placement& placement, double margin);
 
 /// Polygons with more corners than this may stand for discs.
 inline constexpr size_t kMostCorners = 8;

@@ -40,13 +40,14 @@ constexpr double kBridge = 0.004;
 // A guess goes this far from the edge towards the middle, m.
 constexpr double kInwards = 0.05;
 
-std::string NotSolid(const Context& context, const std::string& object, const std::string& on) {
-  return "'" + (context.ShapeOf(object) == nullptr ? object : on) + "' is not solid: nothing rests there";
+std::string NotSolid(const Context& context, FrameId object, FrameId on) {
+  return "'" + context.Name(context.ShapeOf(object) == nullptr ? object : on) +
+         "' is not solid: nothing rests there";
 }
 
 void GuessRestsOn(const Context& context, const Parameters& parameters, Pose& X_TC) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
+  const FrameId object = parameters.Frame("object");
+  const FrameId on = parameters.Frame("on");
   if (context.control() != object || context.target() != on) return;
   const auto placement = FindPlacement(context, object, on);
   if (!placement) return;
@@ -60,13 +61,13 @@ void GuessRestsOn(const Context& context, const Parameters& parameters, Pose& X_
 }
 
 void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
+  const FrameId object = parameters.Frame("object");
+  const FrameId on = parameters.Frame("on");
   const auto placement = FindPlacement(context, object, on);
   if (!placement) return sink.Decline(NotSolid(context, object, on));
   if (placement->foot.points.size() < 3) return sink.Decline(NoLowerFace(context, object));
   if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, on));
-  const std::string label = "rests_on(" + object + ", " + on + ")";
+  const std::string label = "rests_on(" + context.Name(object) + ", " + context.Name(on) + ")";
   const std::vector<FrameAt> frames{{on, context.step()}, {object, context.step()}};
   const Vector3d& up = placement->support.normal;
   sink.Add(Role::kEquality, label + ": resting face parallel",
@@ -84,29 +85,31 @@ void BuildRestsOn(const Context& context, const Parameters& parameters, RowSink&
 }
 
 void CheckRestsOn(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
+  const FrameId object = parameters.Frame("object");
+  const FrameId on = parameters.Frame("on");
   const geometry::Shape* a = context.ShapeOf(object);
   const geometry::Shape* b = context.ShapeOf(on);
   if (a == nullptr || b == nullptr) return;
   const Pose X_WA = context.PoseAt({object, context.step()}), X_WB = context.PoseAt({on, context.step()});
-  const std::string label = "rests_on(" + object + ", " + on + ")";
+  const std::string label = "rests_on(" + context.Name(object) + ", " + context.Name(on) + ")";
   const double distance = geometry::SignedDistance(*a, X_WA, *b, X_WB).distance;
   findings.Report(label + ": touching", nlp::Unit::kMetre, std::abs(distance), [&] {
-    return object + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") + on;
+    return context.Name(object) + " is " + InMillimetres(distance) + (distance > 0 ? " off " : " inside ") +
+           context.Name(on);
   });
   const double tilt = std::acos(
       std::clamp((X_WA.R * context.DownFace(object)).dot(X_WB.R * context.DownFace(on)), -1.0, 1.0));
-  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt,
-                  [&] { return object + " leans by " + InDegrees(tilt) + " on " + on; });
+  findings.Report(label + ": upright", nlp::Unit::kRadian, tilt, [&] {
+    return context.Name(object) + " leans by " + InDegrees(tilt) + " on " + context.Name(on);
+  });
   // On top of it or of one of its parts, not at its side.
   const Vector3d up_W = -(X_WB.R * context.DownFace(on)), up_B = X_WB.R.transpose() * up_W;
   const double bottom = -geometry::Support(*a, -(X_WA.R.transpose() * up_W)) + up_W.dot(X_WA.p - X_WB.p);
   const double top = b->is_compound() ? FaceAtHeight(*UpperFacesOf(context, on), bottom).facet.offset
                                       : geometry::Support(*b, up_B);
   findings.Report(label + ": on top", nlp::Unit::kMetre, std::abs(bottom - top), [&] {
-    return object + " is " + InMillimetres(bottom - top) + (bottom > top ? " above" : " below") +
-           " the upper face of " + on;
+    return context.Name(object) + " is " + InMillimetres(bottom - top) +
+           (bottom > top ? " above" : " below") + " the upper face of " + context.Name(on);
   });
 }
 
@@ -123,11 +126,13 @@ bool Holds(const Demand& demand, const std::vector<FaceEdge>& edges, const Pose&
 /// The solids around an object that is put down, except what carries it.
 class Surroundings {
  public:
-  Surroundings(const Context& context, const std::string& object, const std::string& by)
+  Surroundings(const Context& context, FrameId object, FrameId by)
       : shape_(*context.ShapeOf(object)), X_WB_(context.PoseAt({by, context.step() - 1})) {
-    for (const scene::Object& other : context.scene().objects) {
-      if (other.name == object || other.name == by) continue;
-      const Pose X_WOther = context.PoseAt({other.name, context.step() - 1});
+    for (const ObjectId id : context.frames().objects()) {
+      const FrameId frame = scene::Frames::Of(id);
+      if (frame == object || frame == by) continue;
+      const scene::Object& other = context.scene().object(id);
+      const Pose X_WOther = context.PoseAt({frame, context.step() - 1});
       others_.push_back({&other.shape, X_WOther, geometry::BoundingBox(other.shape, X_WOther)});
     }
   }
@@ -194,8 +199,8 @@ bool TurnsFreely(const Demand& demand, const Placement& placement) {
 }
 
 void GuessSupported(const Context& context, const Parameters& parameters, Pose& X_TC) {
-  const std::string& object = parameters.Text("object");
-  const std::string& by = parameters.Text("by");
+  const FrameId object = parameters.Frame("object");
+  const FrameId by = parameters.Frame("by");
   if (context.control() != object || context.target() != by) return;
   const auto placement = FindPlacement(context, object, by);
   if (!placement || placement->support.points.size() < 3) return;
@@ -248,8 +253,8 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
     X_TC.p = start.p + CentroidOf(placement->support) - start * CentroidOf(placement->foot);
     return;
   }
-  const std::string key = "turn(" + object + ")@" + std::to_string(context.step());
-  const double yaw = yaws[static_cast<size_t>(context.Choose(key, options))];
+  const ChoiceKey key{ChoiceKey::Kind::kTurn, object, {}, context.step()};
+  const double yaw = yaws[ToIndex(context.Choose(key, options))];
   place(start.p, yaw);
   // If something stands there, look around in widening rings for where it is clearest.
   const Vector3d x = up.unitOrthogonal(), y = up.cross(x);
@@ -273,18 +278,18 @@ void GuessSupported(const Context& context, const Parameters& parameters, Pose& 
 
 /// A tower that the object is put on top of, from the object down to what carries the whole.
 struct Tower {
-  std::vector<std::string> objects;  // the object first
-  std::vector<double> masses;        // kg
+  std::vector<FrameId> objects;  // the object first
+  std::vector<double> masses;    // kg
 };
 
 /// From the object down over those that can be moved to the first that can't; at most as many as a function
 /// has frames for.
-Tower TowerUnder(const Context& context, const std::string& object) {
+Tower TowerUnder(const Context& context, FrameId object) {
   Tower tower;
-  for (std::string name = object; tower.objects.size() < kMostOfTower; name = context.ParentOf(name)) {
-    const scene::Object* found = context.scene().FindObject(name);
+  for (FrameId frame = object; tower.objects.size() < kMostOfTower; frame = context.ParentOf(frame)) {
+    const scene::Object* found = context.ObjectAt(frame);
     if (found == nullptr) break;
-    tower.objects.push_back(name);
+    tower.objects.push_back(frame);
     tower.masses.push_back(found->mass.value_or(0));
     if (!found->movable()) break;
   }
@@ -301,7 +306,7 @@ struct Balance {
 /// Each pair of neighbours in the tower but the topmost, whose centre of mass `supported` looks at by itself,
 /// carries the common centre of mass of all above, `margin` inside of both faces that meet there, but no
 /// further than a share of their size.
-std::vector<Balance> BalancesOf(const Context& context, const std::string& object, double margin) {
+std::vector<Balance> BalancesOf(const Context& context, FrameId object, double margin) {
   std::vector<Balance> all;
   const Tower tower = TowerUnder(context, object);
   double mass = 0;
@@ -324,7 +329,7 @@ std::vector<Balance> BalancesOf(const Context& context, const std::string& objec
         points.push_back(
             {geometry::CentreOfMass(*context.ShapeOf(tower.objects[i])), tower.masses[i] / mass});
       }
-      all.push_back({"balance on " + tower.objects[level],
+      all.push_back({"balance on " + context.Name(tower.objects[level]),
                      MakeMeanHalfSpaces(std::move(planes), std::move(points)), std::move(frames)});
     }
   }
@@ -332,8 +337,8 @@ std::vector<Balance> BalancesOf(const Context& context, const std::string& objec
 }
 
 void BuildSupported(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& object = parameters.Text("object");
-  const std::string& by = parameters.Text("by");
+  const FrameId object = parameters.Frame("object");
+  const FrameId by = parameters.Frame("by");
   const auto placement = FindPlacement(context, object, by);
   if (!placement) return sink.Decline(NotSolid(context, object, by));
   if (placement->support.points.size() < 3) return sink.Decline(NoUpperFace(context, by));
@@ -344,20 +349,21 @@ void BuildSupported(const Context& context, const Parameters& parameters, RowSin
     for (const Vector3d& p_AQ : demand.points_A)
       rows.push_back({p_AQ, edge.normal, edge.offset - demand.margin});
   }
-  AddHalfSpaces(
-      Role::kInequality,
-      "supported(" + object + ", " + by + "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
-      rows, {{by, context.step()}, {object, context.step()}}, sink);
+  AddHalfSpaces(Role::kInequality,
+                "supported(" + context.Name(object) + ", " + context.Name(by) +
+                    "): " + (demand.whole_footprint ? "footprint" : "centre of mass"),
+                rows, {{by, context.step()}, {object, context.step()}}, sink);
   if (context.control() != object) return;
   for (Balance& balance : BalancesOf(context, object, kBalance)) {
-    sink.Add(Role::kInequality, "supported(" + object + ", " + by + "): " + balance.label,
+    sink.Add(Role::kInequality,
+             "supported(" + context.Name(object) + ", " + context.Name(by) + "): " + balance.label,
              std::move(balance.function), std::move(balance.frames));
   }
 }
 
 void CheckSupported(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& object = parameters.Text("object");
-  const std::string& by = parameters.Text("by");
+  const FrameId object = parameters.Frame("object");
+  const FrameId by = parameters.Frame("by");
   const geometry::Shape* a = context.ShapeOf(object);
   const geometry::Shape* b = context.ShapeOf(by);
   if (a == nullptr || b == nullptr) return;
@@ -376,19 +382,22 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
   const geometry::Polygon contact = ContactHull(*a, context.DownFace(object), X_BA, *b, support);
   if (!contact.empty()) inside = std::min(inside, geometry::ContainmentMargin(contact, centre));
   if (contact.empty() && inside >= 0) inside = std::min(-kInwards, -InradiusOf(support));
-  findings.Report("supported(" + object + ", " + by + ")", nlp::Unit::kMetre, -inside, [&] {
-    return "the centre of mass of " + object + " is " + InMillimetres(inside) + " beyond the edge of " + by;
-  });
+  findings.Report("supported(" + context.Name(object) + ", " + context.Name(by) + ")", nlp::Unit::kMetre,
+                  -inside, [&] {
+                    return "the centre of mass of " + context.Name(object) + " is " + InMillimetres(inside) +
+                           " beyond the edge of " + context.Name(by);
+                  });
   if (context.control() != object) return;
   for (const Balance& balance : BalancesOf(context, object, 0)) {
     std::vector<Pose> poses;
     for (const FrameAt& frame : balance.frames) poses.push_back(context.PoseAt(frame));
     Eigen::VectorXd r(balance.function->size());
     balance.function->Evaluate(poses, r, nullptr);
-    findings.Report("supported(" + object + ", " + by + "): " + balance.label, nlp::Unit::kMetre,
-                    r.maxCoeff(), [&] {
-                      return "the tower under " + object + " would fall: its centre of mass is " +
-                             InMillimetres(r.maxCoeff()) + " too far out (" + balance.label + ")";
+    findings.Report("supported(" + context.Name(object) + ", " + context.Name(by) + "): " + balance.label,
+                    nlp::Unit::kMetre, r.maxCoeff(), [&] {
+                      return "the tower under " + context.Name(object) +
+                             " would fall: its centre of mass is " + InMillimetres(r.maxCoeff()) +
+                             " too far out (" + balance.label + ")";
                     });
   }
 }
@@ -396,8 +405,8 @@ void CheckSupported(const Context& context, const Parameters& parameters, Findin
 /// The placement of a `rests_on` whose object this step puts down; null if it does not, or if a face there is
 /// not flat.
 std::shared_ptr<const Placement> PlacementHere(const Context& context, const Parameters& parameters) {
-  const std::string& object = parameters.Text("object");
-  const std::string& on = parameters.Text("on");
+  const FrameId object = parameters.Frame("object");
+  const FrameId on = parameters.Frame("on");
   if (context.control() != object || context.target() != on) return nullptr;
   return FindFlatPlacement(context, object, on);
 }
@@ -405,7 +414,7 @@ std::shared_ptr<const Placement> PlacementHere(const Context& context, const Par
 /// At the height at which it touches, anywhere.
 std::optional<Column> LocateRestsOn(const Context& context, const Parameters& parameters) {
   const auto placement = PlacementHere(context, parameters);
-  if (!placement || HasFaces(context, parameters.Text("on"))) return std::nullopt;
+  if (!placement || HasFaces(context, parameters.Frame("on"))) return std::nullopt;
   const Vector3d& up = placement->support.normal;
   return Column{up * (placement->support.offset + placement->foot.offset), up,
                 std::numeric_limits<double>::infinity(), 0};
@@ -420,8 +429,8 @@ std::optional<Alignment> AlignRestsOn(const Context& context, const Parameters& 
 /// Over the support, at any height. The demand's points are inside by its margin; the middle of a footprint
 /// is inside by the radius of its circumscribed circle as well.
 std::optional<Column> LocateSupported(const Context& context, const Parameters& parameters) {
-  const std::string& object = parameters.Text("object");
-  const std::string& by = parameters.Text("by");
+  const FrameId object = parameters.Frame("object");
+  const FrameId by = parameters.Frame("by");
   if (context.control() != object || context.target() != by || HasFaces(context, by)) return std::nullopt;
   const auto placement = FindPlacement(context, object, by);
   if (!placement || placement->support.points.size() < 3) return std::nullopt;

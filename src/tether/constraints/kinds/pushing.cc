@@ -33,8 +33,8 @@ constexpr double kOnRound = 0.0005;
 // A first guess of how far to push, m.
 constexpr double kGuessedPush = 0.2;
 
-Vector3d ToolDown(const Context& context, const std::string& tool) {
-  return tool == kHand ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
+Vector3d ToolDown(const Context& context, FrameId tool) {
+  return tool == context.hand() ? Vector3d(Vector3d::UnitZ()) : context.DownFace(tool);
 }
 
 /// Heights over the object's origin between which the middle of the tool may press: above its lower edge, not
@@ -46,16 +46,17 @@ std::pair<double, double> PressHeights(const geometry::Shape& object, const Vect
   return {std::min(low, contact.highest_B), std::min(high, contact.highest_B)};
 }
 
-std::string NoContact(const Context& context, const std::string& a, const std::string& b) {
-  for (const std::string& name : {a, b}) {
-    if (context.ShapeOf(name) == nullptr) return "'" + name + "' is not solid: nothing touches it";
+std::string NoContact(const Context& context, FrameId a, FrameId b) {
+  for (const FrameId name : {a, b}) {
+    if (context.ShapeOf(name) == nullptr)
+      return "'" + context.Name(name) + "' is not solid: nothing touches it";
   }
-  return "no upright side of " + b + " that a part of " + a + " can lie against";
+  return "no upright side of " + context.Name(b) + " that a part of " + context.Name(a) + " can lie against";
 }
 
 void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC) {
-  const std::string& a = parameters.Frames("between")[0];
-  const std::string& b = parameters.Frames("between")[1];
+  const FrameId a = parameters.Frames("between")[0];
+  const FrameId b = parameters.Frames("between")[1];
   if (context.control() != a || context.target() != b) return;
   const auto contact = ChosenContact(context, a, b, context.step());
   if (!contact) return;
@@ -86,9 +87,9 @@ void GuessTouch(const Context& context, const Parameters& parameters, Pose& X_TC
 }
 
 void BuildTouch(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& a = parameters.Frames("between")[0];
-  const std::string& b = parameters.Frames("between")[1];
-  const std::string label = "touch(" + a + ", " + b + ")";
+  const FrameId a = parameters.Frames("between")[0];
+  const FrameId b = parameters.Frames("between")[1];
+  const std::string label = "touch(" + context.Name(a) + ", " + context.Name(b) + ")";
   const auto contact = ChosenContact(context, a, b, context.step());
   if (!contact) return sink.Decline(NoContact(context, a, b));
   const Vector3d up_B = -context.DownFace(b);
@@ -116,33 +117,35 @@ void BuildTouch(const Context& context, const Parameters& parameters, RowSink& s
 }
 
 void CheckTouch(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& a = parameters.Frames("between")[0];
-  const std::string& b = parameters.Frames("between")[1];
+  const FrameId a = parameters.Frames("between")[0];
+  const FrameId b = parameters.Frames("between")[1];
   const geometry::Shape* shape_a = context.ShapeOf(a);
   const geometry::Shape* shape_b = context.ShapeOf(b);
   if (shape_a == nullptr || shape_b == nullptr) return;
   const double distance = geometry::SignedDistance(*shape_a, context.PoseAt({a, context.step()}), *shape_b,
                                                    context.PoseAt({b, context.step()}))
                               .distance;
-  findings.Report("touch(" + a + ", " + b + ")", nlp::Unit::kMetre, std::abs(distance), [&] {
-    return a + " is " + InMillimetres(distance) + (distance > 0 ? " away from " : " inside ") + b;
-  });
+  findings.Report("touch(" + context.Name(a) + ", " + context.Name(b) + ")", nlp::Unit::kMetre,
+                  std::abs(distance), [&] {
+                    return context.Name(a) + " is " + InMillimetres(distance) +
+                           (distance > 0 ? " away from " : " inside ") + context.Name(b);
+                  });
 }
 
-double HalfFrictionAngle(const Context& context, const std::string& tool, const std::string& object) {
-  const scene::Object* a = context.scene().FindObject(tool);
-  const scene::Object* b = context.scene().FindObject(object);
+double HalfFrictionAngle(const Context& context, FrameId tool, FrameId object) {
+  const scene::Object* a = context.ObjectAt(tool);
+  const scene::Object* b = context.ObjectAt(object);
   double friction = b != nullptr ? b->friction : 0.5;
   if (a != nullptr) friction = scene::PairFriction(friction, a->friction);
   return 0.5 * std::atan(friction);
 }
 
 void BuildPushNormal(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& a = parameters.Text("tool");
-  const std::string& b = parameters.Text("object");
-  const std::string& c = parameters.Text("on");
+  const FrameId a = parameters.Frame("tool");
+  const FrameId b = parameters.Frame("object");
+  const FrameId c = parameters.Frame("on");
   const int before = context.step() - 1, after = context.step();
-  const std::string label = "push_normal(" + a + ", " + b + ")";
+  const std::string label = "push_normal(" + context.Name(a) + ", " + context.Name(b) + ")";
   const auto contact = ChosenContact(context, a, b, before);
   if (!contact) return sink.Decline(NoContact(context, a, b));
   const Vector3d up_B = -context.DownFace(b);
@@ -191,7 +194,7 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
     const Vector3d up_C = -context.DownFace(c);
     const Vector3d down_A = ToolDown(context, a);
     const Vector3d p_ALow = down_A * geometry::Support(*context.ShapeOf(a), down_A);
-    sink.Add(Role::kInequality, label + ": tool over " + c,
+    sink.Add(Role::kInequality, label + ": tool over " + context.Name(c),
              MakeHalfSpaces({{p_ALow, -up_C, -geometry::Support(*surface, up_C) - kToolHeight}}),
              {{c, before}, {a, before}});
   }
@@ -202,9 +205,9 @@ void BuildPushNormal(const Context& context, const Parameters& parameters, RowSi
 }
 
 void CheckPushNormal(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& a = parameters.Text("tool");
-  const std::string& b = parameters.Text("object");
-  const std::string& c = parameters.Text("on");
+  const FrameId a = parameters.Frame("tool");
+  const FrameId b = parameters.Frame("object");
+  const FrameId c = parameters.Frame("on");
   const int before = context.step() - 1, after = context.step();
   const geometry::Shape* shape_a = context.ShapeOf(a);
   const geometry::Shape* shape_b = context.ShapeOf(b);
@@ -213,7 +216,7 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
   const Vector3d from = X_WC.Inverse() * X_WB.p;
   const Vector3d to = context.PoseAt({c, after}).Inverse() * context.PoseAt({b, after}).p;
   const Vector3d push_W = X_WC.R * (to - from);
-  const std::string label = "push_normal(" + a + ", " + b + ")";
+  const std::string label = "push_normal(" + context.Name(a) + ", " + context.Name(b) + ")";
   if (push_W.norm() > 1e-3) {
     // From A, the tool, to B: the contact presses along the normal.
     const geometry::Distance touch =
@@ -223,18 +226,18 @@ void CheckPushNormal(const Context& context, const Parameters& parameters, Findi
                     angle - HalfFrictionAngle(context, a, b), [&] {
                       // The direction is not why where the tool does not even get there.
                       if (touch.distance > kTouching)
-                        return a + " does not get to " + b + " to push it: it would be " +
-                               InMillimetres(touch.distance) + " away";
-                      return b + " would slip off " + a + ": the push is " + InDegrees(angle) +
-                             " off the side's normal, and friction holds " +
+                        return context.Name(a) + " does not get to " + context.Name(b) +
+                               " to push it: it would be " + InMillimetres(touch.distance) + " away";
+                      return context.Name(b) + " would slip off " + context.Name(a) + ": the push is " +
+                             InDegrees(angle) + " off the side's normal, and friction holds " +
                              InDegrees(HalfFrictionAngle(context, a, b));
                     });
   }
 }
 
 void GuessSlide(const Context& context, const Parameters& parameters, Pose& X_TC) {
-  const std::string& b = parameters.Text("object");
-  const std::string& c = parameters.Text("on");
+  const FrameId b = parameters.Frame("object");
+  const FrameId c = parameters.Frame("on");
   if (context.control() != b || context.target() != c) return;
   const Vector3d up_C = -context.DownFace(c);
   const Pose X_CW = context.PoseAt({c, context.step() - 1}).Inverse();
@@ -260,14 +263,15 @@ void GuessSlide(const Context& context, const Parameters& parameters, Pose& X_TC
 }
 
 void BuildSlide(const Context& context, const Parameters& parameters, RowSink& sink) {
-  const std::string& b = parameters.Text("object");
-  const std::string& c = parameters.Text("on");
+  const FrameId b = parameters.Frame("object");
+  const FrameId c = parameters.Frame("on");
   const geometry::Shape* shape_b = context.ShapeOf(b);
   const geometry::Shape* shape_c = context.ShapeOf(c);
   if (shape_b == nullptr || shape_c == nullptr)
-    return sink.Decline("'" + (shape_b == nullptr ? b : c) + "' is not solid: nothing slides there");
+    return sink.Decline("'" + context.Name(shape_b == nullptr ? b : c) +
+                        "' is not solid: nothing slides there");
   const int before = context.step() - 1, after = context.step();
-  const std::string label = "slide(" + b + ", " + c + ")";
+  const std::string label = "slide(" + context.Name(b) + ", " + context.Name(c) + ")";
   const std::vector<FrameAt> frames{{c, before}, {b, before}, {c, after}, {b, after}};
   sink.Add(Role::kEquality, label + ": without turning", MakeRotationChange(), frames);
   const Vector3d up_C = -context.DownFace(c);
@@ -286,17 +290,18 @@ void BuildSlide(const Context& context, const Parameters& parameters, RowSink& s
 }
 
 void CheckSlide(const Context& context, const Parameters& parameters, Findings& findings) {
-  const std::string& b = parameters.Text("object");
-  const std::string& c = parameters.Text("on");
+  const FrameId b = parameters.Frame("object");
+  const FrameId c = parameters.Frame("on");
   const geometry::Shape* shape_b = context.ShapeOf(b);
   const geometry::Shape* shape_c = context.ShapeOf(c);
   if (shape_b == nullptr || shape_c == nullptr) return;
   const int before = context.step() - 1, after = context.step();
   const Pose X_CB0 = math::Between(context.PoseAt({c, before}), context.PoseAt({b, before}));
   const Pose X_CB1 = math::Between(context.PoseAt({c, after}), context.PoseAt({b, after}));
-  const std::string label = "slide(" + b + ", " + c + ")";
+  const std::string label = "slide(" + context.Name(b) + ", " + context.Name(c) + ")";
   findings.Report(label + ": without turning", nlp::Unit::kRadian, math::AngleBetween(X_CB0.R, X_CB1.R), [&] {
-    return b + " would turn by " + InDegrees(math::AngleBetween(X_CB0.R, X_CB1.R)) + " as it slides";
+    return context.Name(b) + " would turn by " + InDegrees(math::AngleBetween(X_CB0.R, X_CB1.R)) +
+           " as it slides";
   });
   const double before_gap =
       geometry::SignedDistance(*shape_b, context.PoseAt({b, before}), *shape_c, context.PoseAt({c, before}))
@@ -305,7 +310,8 @@ void CheckSlide(const Context& context, const Parameters& parameters, Findings& 
       geometry::SignedDistance(*shape_b, context.PoseAt({b, after}), *shape_c, context.PoseAt({c, after}))
           .distance;
   findings.Report(label + ": along the surface", nlp::Unit::kMetre, std::abs(after_gap - before_gap), [&] {
-    return b + " would leave the surface of " + c + " by " + InMillimetres(after_gap - before_gap);
+    return context.Name(b) + " would leave the surface of " + context.Name(c) + " by " +
+           InMillimetres(after_gap - before_gap);
   });
 }
 

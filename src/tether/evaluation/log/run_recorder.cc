@@ -122,7 +122,7 @@ LogPreamble MakePreamble(const LogSettings& settings, const scenario::Scenario& 
                        {"scenario", scenario.title},
                        {"scenario_file", AbsolutePath(scenario.path)},
                        {"robot", runner.plan().robot},
-                       {"controller", scenario.execution.controller},
+                       {"controller", ToString(scenario.execution.controller)},
                        {"rate_hz", Value(scenario.execution.rate).AsText()}};
   if (!settings.goal.empty()) {
     preamble.metadata["goal"] = settings.goal;

@@ -15,7 +15,7 @@ constexpr double kAfterPush = 0.1;
 constexpr double kFast = 0.1;
 
 bool UsesTorques(const scenario::Scenario& scenario) {
-  return scenario.execution.controller != "constrained_velocity";
+  return scenario.execution.controller != scenario::Controller::kConstrainedVelocity;
 }
 
 std::vector<control::ConstraintSpec> Measured(const scenario::Scenario& scenario, const scene::Scene& scene) {

@@ -73,7 +73,8 @@ class ActionResolver {
   }
 
   ResolvedPlan Resolve() {
-    for (size_t i = 0; i < resolved_.plan.actions.size(); ++i) ResolveAction(static_cast<int>(i));
+    const std::shared_ptr<const planning::Skeleton> skeleton = Bind();
+    for (const planning::BoundStep& step : skeleton->steps) ResolveStep(*skeleton->frames, step);
     planning::SetModes(&resolved_.plan);
     for (const int i : resolved_.steps.ids()) {
       planning::PlanStep& step = resolved_.plan.steps[ToIndex(i)];
@@ -86,37 +87,36 @@ class ActionResolver {
   }
 
  private:
-  void ResolveAction(int index) {
-    const std::string& action = resolved_.plan.actions[ToIndex(index)];
-    const planning::ActionCall call = planning::ParseActionCall(action);
-    const auto found = std::find_if(actions_.begin(), actions_.end(),
-                                    [&](const auto& schema) { return schema.name == call.name; });
-    if (found == actions_.end()) {
-      std::vector<std::string> known;
-      for (const planning::ActionSchema& schema : actions_) known.push_back(schema.name);
-      diagnostics_.Add({}, "action '" + call.name + "' has no geometry", SuggestFrom(call.name, known));
-      return;
-    }
-    const int start = resolved_.steps.next_id();
-    for (planning::StepSchema& schema : planning::BindAction(*found, call.arguments)) {
-      ResolveStep(action, index, start, std::move(schema));
-    }
+  /// The plan's own skeleton, if it is of these actions and frames; else they are bound here.
+  std::shared_ptr<const planning::Skeleton> Bind() const {
+    const std::vector<std::string>& actions = resolved_.plan.actions;
+    const auto frames = std::make_shared<const scene::Frames>(scene_);
+    const auto& given = resolved_.plan.skeleton;
+    if (given && given->actions == actions && given->frames->HasSameNames(*frames)) return given;
+    return std::make_shared<planning::Skeleton>(
+        planning::SkeletonBinder(scene_, frames, actions_, {}).Bind(actions));
   }
 
-  void ResolveStep(const std::string& action, int index, int start, planning::StepSchema schema) {
-    const std::string what = "a step of '" + action + "'";
+  void ResolveStep(const scene::Frames& frames, const planning::BoundStep& bound) {
+    const int index = bound.action_index;
+    planning::StepSchema schema = bound.schema;
+    const std::string what = "a step of '" + bound.action + "'";
+    if (index != action_index_) {
+      action_index_ = index;
+      start_ = resolved_.steps.next_id();
+    }
     if (schema.execute.empty()) schema.execute.emplace_back(planning::ReachVerb{});
     ResolvedStep step;
-    step.action_start = start;
-    step.control = schema.control == "hand" ? kNone : scene_.FindObjectId(schema.control);
+    step.action_start = start_;
+    step.control = frames.ObjectOf(bound.control);
     step.tool = step.control;
-    if (schema.control != "hand" && step.control == kNone) {
+    if (bound.control != frames.hand() && step.control == kNone) {
       diagnostics_.Add(schema.where, what + " controls '" + schema.control + "'",
                        "hand or an object is accepted");
     }
-    const bool region = scene_.FindRegion(schema.target) != nullptr;
+    const bool region = frames.RegionOf(bound.target) >= 0;
     if (schema.target_is_region != region ||
-        (!region && schema.target != scene::kWorld && scene_.FindObjectId(schema.target) == kNone)) {
+        (!region && bound.target != scene::Frames::world() && frames.ObjectOf(bound.target) == kNone)) {
       diagnostics_.Add(
           schema.where, what + " has the target '" + schema.target + "'",
           schema.target_is_region ? "a region is accepted" : "an object or the world is accepted");
@@ -125,7 +125,7 @@ class ActionResolver {
     step.target = *FindFrame(scene_, schema.target);
     for (const planning::Verb& verb : schema.execute) ResolveVerb(verb, what, schema.where, &step);
     planning::PlanStep planned;
-    planned.action = action;
+    planned.action = bound.action;
     planned.action_index = index;
     planned.control = schema.control;
     planned.target = schema.target;
@@ -186,6 +186,7 @@ class ActionResolver {
   const control::ConstraintNames names_;
   const std::vector<planning::PlanStep> given_;
   KeyPoses key_poses_;
+  int action_index_ = -1, start_ = 0;  // Of the action whose steps come, and its first one.
   ResolvedPlan resolved_;
   Diagnostics diagnostics_;
 };

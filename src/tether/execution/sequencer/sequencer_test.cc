@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "testing/execution/test_plans.h"
+#include "tether/common/random.h"
 #include "tether/execution/sequencer/resolved_plan.h"
 
 namespace tether::execution {
@@ -195,6 +196,51 @@ TEST_F(SequencerTest, NothingHappensOnMeasurementsThatAreNotFinite) {
   observations_["panda"].q[2] = 0;
   Run(10);
   EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+}
+
+// Whatever motions come to: the run ends, once, within its retries, and says what became of it.
+TEST_F(SequencerTest, WhateverHappensTheRunEndsWithinItsRetries) {
+  int finished = 0, failed = 0;
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    Random random(seed);
+    options_.max_retries = random.Index(4);
+    reaches_.clear();
+    for (int i = 0; i < 40; ++i) {
+      const double chance = random.Uniform(0, 1);
+      reaches_.push_back(chance < 0.7    ? Progress::Done()
+                         : chance < 0.8  ? Progress::Running()
+                         : chance < 0.95 ? Progress::Retry(EventKind::kStalled, "it stalled", 0, true)
+                         : chance < 0.98 ? Progress::GiveUp(EventKind::kStalled, "out of reach")
+                                         : Progress::Failed(EventKind::kFailed, "it broke"));
+    }
+    Start();
+    Run(100);
+    ASSERT_FALSE(sequencer_->running()) << seed;
+    int retries = 0, ends = 0;
+    double time = 0;
+    for (const Event& event : sequencer_->events()) {
+      EXPECT_GE(event.time, time);
+      EXPECT_EQ(ends, 0) << "nothing comes after the end";
+      time = event.time;
+      retries += event.kind == EventKind::kRetry;
+      ends += event.kind == EventKind::kFinished || event.kind == EventKind::kFailed;
+    }
+    EXPECT_EQ(ends, 1);
+    EXPECT_EQ(retries, sequencer_->retries());
+    EXPECT_LE(retries, 2 * options_.max_retries) << "of two actions";
+    if (sequencer_->status().state == ExecutiveStatus::State::kFinished) {
+      ++finished;
+      EXPECT_EQ(sequencer_->held(), "");
+      for (const StepRecord& record : sequencer_->records()) EXPECT_GE(record.attempts, 1);
+    } else {
+      ++failed;
+      EXPECT_THAT(sequencer_->status().reason, ::testing::AnyOf(::testing::StartsWith("pick(box): "),
+                                                                ::testing::StartsWith("place(box,other): ")));
+      EXPECT_LT(sequencer_->step(), 2);
+    }
+  }
+  EXPECT_GT(finished, 10);
+  EXPECT_GT(failed, 10);
 }
 
 }  // namespace

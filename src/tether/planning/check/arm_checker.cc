@@ -8,7 +8,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using math::Pose;
 using nlp::Unit;
 
@@ -36,7 +35,7 @@ void ArmChecker::Check(const FrameTree& tree, const std::vector<Pose>& poses, in
   if (q.size() != model_.dof()) return findings.Report("joints of " + robot.name, Unit::kRadian, 1e9);
   for (int i = 0; i < model_.dof(); ++i) {
     const double outside = std::max(model_.lower()[i] - q[i], q[i] - model_.upper()[i]);
-    findings.Report("limit of " + model_.joint_names()[static_cast<size_t>(i)], Unit::kRadian, outside);
+    findings.Report("limit of " + model_.joint_names()[ToIndex(i)], Unit::kRadian, outside);
   }
   state_.Set(q, Eigen::VectorXd::Zero(q.size()));
   const Pose off = math::Between(robot.X_WBase * state_.X_BH(), X_WHand);
@@ -53,33 +52,32 @@ void ArmChecker::CheckLinks(const FrameTree& tree, const std::vector<Pose>& pose
   const robot::ArmSolids& solids = model_.solids();
   geometry::Aabb arm;
   for (int k = 0; k < solids.hand(); ++k) {
-    const geometry::Shape& link = solids.links[static_cast<size_t>(k)].shape;
+    const geometry::Shape& link = solids.links[ToIndex(k)].shape;
     arm.Include(geometry::BoundingBox(link, robot.X_WBase * kinematics_.X_BSolid(k)));
   }
-  for (const std::string& name : facts_.solids()) {
-    if (name == kHand) continue;
-    const geometry::Shape& shape = *facts_.ShapeOf(name);
-    const Pose X_WO = tree.PoseAt(name, step, poses);
+  for (const FrameId solid : facts_.solids()) {
+    if (solid == facts_.hand()) continue;
+    const geometry::Shape& shape = *facts_.ShapeOf(solid);
+    const Pose X_WO = tree.PoseAt(solid, step, poses);
     if (arm.DistanceTo(geometry::BoundingBox(shape, X_WO)) > 0) continue;
-    const Pose X_WStart = tree.PoseAt(name, -1, poses);
+    const Pose X_WStart = tree.PoseAt(solid, -1, poses);
     const bool still = (X_WO.p - X_WStart.p).norm() < 1e-9 && math::AngleBetween(X_WO.R, X_WStart.R) < 1e-6;
     for (int k = 0; k < solids.hand(); ++k) {
-      const robot::LinkSolid& link = solids.links[static_cast<size_t>(k)];
+      const robot::LinkSolid& link = solids.links[ToIndex(k)];
       // What touches the arm at the start is meant to touch it.
       if (still &&
           (link.link == 0 || Overlap(link.shape, robot.X_WBase * at_start_.X_BSolid(k), shape, X_WO) > 0))
         continue;
       const double overlap = Overlap(link.shape, robot.X_WBase * kinematics_.X_BSolid(k), shape, X_WO);
-      findings.Report("clearance(" + robot.name + "'s " + link.name + ", " + name + ")", Unit::kMetre,
-                      overlap);
+      findings.Report("clearance(" + robot.name + "'s " + link.name + ", " + facts_.Name(solid) + ")",
+                      Unit::kMetre, overlap);
     }
   }
   const auto shape = [&](int solid) -> const geometry::Shape& {
-    return solid == solids.hand() ? hand_ : solids.links[static_cast<size_t>(solid)].shape;
+    return solid == solids.hand() ? hand_ : solids.links[ToIndex(solid)].shape;
   };
   const auto name = [&](int solid) {
-    return robot.name + "'s " +
-           (solid == solids.hand() ? "hand" : solids.links[static_cast<size_t>(solid)].name);
+    return robot.name + "'s " + (solid == solids.hand() ? "hand" : solids.links[ToIndex(solid)].name);
   };
   for (const auto& [a, b] : solids.pairs) {
     findings.Report("clearance(" + name(a) + ", " + name(b) + ")", Unit::kMetre,

@@ -19,7 +19,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using math::Pose;
 using nlp::Unit;
 
@@ -47,20 +46,20 @@ class Collector final : public constraints::Findings {
   std::string action_;
 };
 
-bool Allowed(const StepSchema& schema, const std::string& a, const std::string& b) {
-  for (const auto& [x, y] : schema.allow) {
+bool Allowed(const BoundStep& step, FrameId a, FrameId b) {
+  for (const auto& [x, y] : step.allow) {
     if ((x == a && y == b) || (x == b && y == a)) return true;
   }
   return false;
 }
 
 /// "a finger of the hand", "part 2 of shelf", "can".
-std::string SaySolid(const SceneFacts& facts, const std::string& name, int part) {
+std::string SaySolid(const SceneFacts& facts, FrameId solid, int part) {
   // The palm comes first (robot::Model::HandShape); without a robot there is none.
   const bool palm = part == 0 && facts.problem().robot.model != nullptr;
-  if (name == kHand) return palm ? "the palm of the hand" : "a finger of the hand";
-  if (!facts.ShapeOf(name)->is_compound()) return name;
-  return "part " + std::to_string(part + 1) + " of " + name;
+  if (solid == facts.hand()) return palm ? "the palm of the hand" : "a finger of the hand";
+  if (!facts.ShapeOf(solid)->is_compound()) return facts.Name(solid);
+  return "part " + std::to_string(part + 1) + " of " + facts.Name(solid);
 }
 
 }  // namespace
@@ -81,8 +80,7 @@ std::string CheckResult::Worst() const {
 namespace {
 
 /// Of a plan with region steps, the key poses of the other actions, each from the poses at the start.
-CheckResult CheckRegionPlan(const Problem& problem, const std::vector<BoundStep>& steps, const Plan& plan) {
-  const SceneFacts facts(problem);
+CheckResult CheckRegionPlan(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Plan& plan) {
   CheckResult all;
   std::set<std::string> seen;
   for (size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
@@ -107,12 +105,16 @@ CheckResult CheckRegionPlan(const Problem& problem, const std::vector<BoundStep>
 }  // namespace
 
 CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
-  const std::vector<BoundStep> steps = BindSkeleton(problem, plan.actions);
+  const SceneFacts facts(problem);
+  const std::vector<BoundStep> steps =
+      SkeletonBinder(problem.scene, facts.shared_frames(), problem.actions, problem.constraints)
+          .Bind(plan.actions)
+          .steps;
   if (steps.size() != plan.steps.size()) {
     throw InputError("the plan has " + std::to_string(plan.steps.size()) +
                      " key poses, but its actions have " + std::to_string(steps.size()));
   }
-  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
+  FrameTree tree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds());
   std::vector<Pose> poses;
   std::vector<Eigen::VectorXd> q;
   for (size_t t = 0; t < steps.size(); ++t) {
@@ -123,15 +125,15 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
                            "' in '" + step.target + "'",
                        "'" + schema.control + "' in '" + schema.target + "' belongs to " + steps[t].action);
     }
-    if (!tree.AddStep(schema.control, schema.target)) {
+    if (!tree.AddStep(steps[t].control, steps[t].target)) {
       throw InputError("key pose " + std::to_string(t + 1) + " attaches '" + schema.control +
                        "' to a frame that is attached to it");
     }
     poses.push_back(step.X_TC);
     q.push_back(step.q);
   }
-  if (HasRegionStep(problem, plan.actions)) return CheckRegionPlan(problem, steps, plan);
-  return CheckKeyPoses(SceneFacts(problem), steps, poses, q);
+  if (HasRegionStep(steps)) return CheckRegionPlan(facts, steps, plan);
+  return CheckKeyPoses(facts, steps, poses, q);
 }
 
 CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps,
@@ -139,61 +141,60 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   const Problem& problem = facts.problem();
   CheckResult result;
   Collector collector(result);
-  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
+  FrameTree tree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds());
   for (const BoundStep& step : steps) {
-    [[maybe_unused]] const bool added = tree.AddStep(step.schema.control, step.schema.target);
+    [[maybe_unused]] const bool added = tree.AddStep(step.control, step.target);
     assert(added);
   }
 
   std::optional<ArmChecker> arm;
   if (problem.robot.model != nullptr && !q.empty()) arm.emplace(facts);
-  const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
-  const constraints::Memo memo;
+  const auto choose = [](const constraints::ChoiceKey&, const std::vector<constraints::Option>&) {
+    return 0;
+  };
+  const constraints::KnownOfProgram known;
   std::vector<const geometry::Shape*> shapes;
-  std::vector<size_t> frames;
-  for (const std::string& solid : facts.solids()) {
-    shapes.push_back(facts.ShapeOf(solid));
-    frames.push_back(static_cast<size_t>(tree.IndexOf(solid)));
-  }
+  for (const FrameId solid : facts.solids()) shapes.push_back(facts.ShapeOf(solid));
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const BoundStep& step = steps[static_cast<size_t>(t)];
+    const BoundStep& step = steps[ToIndex(t)];
     collector.BeginStep(t, step.action);
-    const StepContext context(facts, memo, tree, poses, t, step, choose);
+    const StepContext context(facts, known, tree, poses, t, step, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       if (constraint.kind->check) constraint.kind->check(context, constraint.parameters, collector);
     }
-    const std::vector<std::string>& solids = facts.solids();
-    const std::vector<bool> moved = MovedSolids(facts, tree, step.schema.control, t);
-    std::vector<Pose> X_W;
+    const std::vector<FrameId>& solids = facts.solids();
+    const std::vector<bool> moved = MovedSolids(facts, tree, step.control, t);
+    FrameTree::Poses X_W;
     tree.PosesAt(t, poses, X_W);
     std::vector<geometry::Aabb> boxes;
     for (size_t i = 0; i < solids.size(); ++i)
-      boxes.push_back(geometry::BoundingBox(*shapes[i], X_W[frames[i]]));
+      boxes.push_back(geometry::BoundingBox(*shapes[i], X_W[solids[i]]));
     for (size_t i = 0; i < solids.size(); ++i) {
       if (!moved[i]) continue;
-      const std::string& a = solids[i];
-      const Pose& X_WA = X_W[frames[i]];
+      const FrameId a = solids[i];
+      const Pose& X_WA = X_W[solids[i]];
       const geometry::Shape& shape_a = *shapes[i];
       for (size_t j = 0; j < solids.size(); ++j) {
-        const std::string& b = solids[j];
-        if (moved[j] || boxes[i].DistanceTo(boxes[j]) > 0 || Allowed(step.schema, a, b)) continue;
-        const Pose& X_WB = X_W[frames[j]];
+        const FrameId b = solids[j];
+        if (moved[j] || boxes[i].DistanceTo(boxes[j]) > 0 || Allowed(step, a, b)) continue;
+        const Pose& X_WB = X_W[solids[j]];
         const geometry::Shape& shape_b = *shapes[j];
         if (geometry::DistanceLowerBound(shape_a, X_WA, shape_b, X_WB) > 0) continue;
         const geometry::Distance distance = geometry::SignedDistance(shape_a, X_WA, shape_b, X_WB);
-        collector.Report("clearance(" + a + ", " + b + ")", Unit::kMetre, -distance.distance, [&] {
-          return SaySolid(facts, a, distance.part_a) + " would be " +
-                 constraints::InMillimetres(distance.distance) + " inside " +
-                 SaySolid(facts, b, distance.part_b);
-        });
+        collector.Report("clearance(" + facts.Name(a) + ", " + facts.Name(b) + ")", Unit::kMetre,
+                         -distance.distance, [&] {
+                           return SaySolid(facts, a, distance.part_a) + " would be " +
+                                  constraints::InMillimetres(distance.distance) + " inside " +
+                                  SaySolid(facts, b, distance.part_b);
+                         });
       }
     }
-    const Pose X_WHand = tree.PoseAt(kHand, t, poses);
+    const Pose X_WHand = tree.PoseAt(facts.hand(), t, poses);
     if (problem.robot.model != nullptr)
       collector.Report("reach of " + problem.robot.name, Unit::kMetre, OutOfReach(problem.robot, X_WHand),
                        [&] { return SayReach(problem.robot, X_WHand); });
-    if (arm && static_cast<size_t>(t) < q.size() && q[static_cast<size_t>(t)].size() > 0)
-      arm->Check(tree, poses, t, X_WHand, q[static_cast<size_t>(t)], collector);
+    if (arm && ToIndex(t) < q.size() && q[ToIndex(t)].size() > 0)
+      arm->Check(tree, poses, t, X_WHand, q[ToIndex(t)], collector);
     result.X_WHand.push_back(X_WHand);
   }
   result.cost = CostOfHand(problem, result.X_WHand).total();

@@ -108,11 +108,15 @@ std::string WhyHardly(const Problem& problem, const StepSchema& step) {
          Millimetres(distance - reach.max) + " with the hand straight down";
 }
 
-const ActionSchema* FindSchema(const Problem& problem, const std::string& action) {
-  const std::string name = ParseActionCall(action).name;
-  const auto found = std::find_if(problem.actions.begin(), problem.actions.end(),
-                                  [&](const ActionSchema& schema) { return schema.name == name; });
-  return found == problem.actions.end() ? nullptr : &*found;
+/// The steps of one action of a skeleton, as a skeleton of its own.
+Skeleton OneAction(const Skeleton& skeleton, size_t action) {
+  Skeleton one{skeleton.frames, {skeleton.actions[action]}, {}};
+  for (const BoundStep& step : skeleton.steps) {
+    if (step.action_index != static_cast<int>(action)) continue;
+    one.steps.push_back(step);
+    one.steps.back().action_index = 0;
+  }
+  return one;
 }
 
 }  // namespace
@@ -122,16 +126,14 @@ bool HasRegionStep(const ActionSchema& action) {
                      [](const StepSchema& step) { return step.target_is_region; });
 }
 
-bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actions) {
-  return std::any_of(actions.begin(), actions.end(), [&](const std::string& action) {
-    const ActionSchema* schema = FindSchema(problem, action);
-    return schema != nullptr && HasRegionStep(*schema);
-  });
+bool HasRegionStep(const std::vector<BoundStep>& steps) {
+  return std::any_of(steps.begin(), steps.end(),
+                     [](const BoundStep& step) { return step.schema.target_is_region; });
 }
 
-Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
-                         const Limits& limits) {
+Verdict CheckRegionSteps(const SceneFacts& facts, const Skeleton& skeleton, int index, const Limits& limits) {
   const Problem& problem = facts.problem();
+  const std::vector<std::string>& actions = skeleton.actions;
   const double begin = limits.Elapsed();
   Verdict verdict;
   CandidateReport& report = verdict.report;
@@ -144,10 +146,11 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
     const auto [steps, fresh] = known.try_emplace(actions[i]);
     if (fresh) {
       std::string reason;
-      std::vector<std::string> unmoved;
+      std::vector<FrameId> unmoved;
       CandidateStatus status = CandidateStatus::kInfeasible;
-      if (const ActionSchema* schema = FindSchema(problem, actions[i]); schema && !HasRegionStep(*schema)) {
-        Verdict alone = OptimizeCandidate(facts, {actions[i]}, index, limits);
+      const Skeleton one = OneAction(skeleton, i);
+      if (!HasRegionStep(one.steps)) {
+        Verdict alone = OptimizeCandidate(facts, one, index, limits);
         if (alone.report.feasible()) {
           steps->second = std::move(alone.report.plan.steps);
         } else {
@@ -157,7 +160,8 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
           unmoved = alone.unmoved;
           const bool moved_before =
               std::any_of(report.plan.steps.begin(), report.plan.steps.end(), [&](const PlanStep& step) {
-                return std::find(unmoved.begin(), unmoved.end(), step.control) != unmoved.end();
+                const FrameId control = facts.frames().Find(step.control);
+                return std::find(unmoved.begin(), unmoved.end(), control) != unmoved.end();
               });
           if (moved_before) status = CandidateStatus::kGaveUp;
         }
@@ -165,7 +169,7 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
         report.max_violation_m = std::max(report.max_violation_m, alone.report.max_violation_m);
         report.max_violation_rad = std::max(report.max_violation_rad, alone.report.max_violation_rad);
       } else {
-        for (const BoundStep& step : BindSkeleton(problem, {actions[i]})) {
+        for (const BoundStep& step : one.steps) {
           PlanStep& bare = steps->second.emplace_back();
           bare.action = step.action;
           bare.control = step.schema.control;

@@ -9,8 +9,8 @@ namespace tether::planning {
 
 /// Whether some step of the action has a region for a target: any pose in it will do (paper B, section 3.2).
 bool HasRegionStep(const ActionSchema& action);
-/// The same for any of a candidate's actions.
-bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actions);
+/// The same for bound steps.
+bool HasRegionStep(const std::vector<BoundStep>& steps);
 
 /// Necessary conditions of a candidate with steps to regions, whose poses are left to the controller: an
 /// object must fit into the regions that it is brought to, these must be within the arm's reach, and actions
@@ -18,7 +18,6 @@ bool HasRegionStep(const Problem& problem, const std::vector<std::string>& actio
 /// at 0.
 ///
 /// An action that fails does so whatever comes before it: Verdict::failing_anywhere.
-Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
-                         const Limits& limits);
+Verdict CheckRegionSteps(const SceneFacts& facts, const Skeleton& skeleton, int index, const Limits& limits);
 
 }  // namespace tether::planning

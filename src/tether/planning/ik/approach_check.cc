@@ -12,7 +12,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using Eigen::Vector3d;
 using math::Pose;
 
@@ -43,18 +42,19 @@ class ApproachChecker {
   ApproachChecker(const SceneFacts& facts, const std::vector<BoundStep>& steps, const FrameTree& tree,
                   const std::vector<Pose>& poses, int step, IkSearch& search)
       : facts_(facts),
-        schema_(steps[static_cast<size_t>(step)].schema),
+        bound_(steps[ToIndex(step)]),
+        schema_(bound_.schema),
         tree_(tree),
         poses_(poses),
         step_(step),
         search_(search),
-        X_WHand_(tree.PoseAt(kHand, step, poses)) {}
+        X_WHand_(tree.PoseAt(facts.hand(), step, poses)) {}
 
   /// Why approach or retreat is not free; empty if both are, perhaps with another posture in place of the IK
   /// solution's.
   std::string Run(robot::Posture& posture, std::optional<ApproachEnd>& blocked_end) {
     search_.SetStep(tree_, poses_, step_);
-    holder_ = tree_.ParentAt(kHand, step_);
+    holder_ = tree_.ParentAt(facts_.hand(), step_);
     const robot::PostureProblem whole = search_.problem();
     // What is picked, placed or pushed moves too.
     robot::PostureProblem& problem = search_.problem();
@@ -91,7 +91,7 @@ class ApproachChecker {
 
  private:
   /// The control frame is the hand or held by it; else a tool pushes it.
-  bool Carries() const { return schema_.control == kHand || schema_.control == holder_; }
+  bool Carries() const { return bound_.control == facts_.hand() || bound_.control == holder_; }
 
   /// Adds a displacement of the hand. A displacement in the frame of a held object turns with the hand; in
   /// any other it does not.
@@ -103,13 +103,13 @@ class ApproachChecker {
         break;
       case In::kControl:
         if (Carries()) {
-          offset.by_H += X_WHand_.R.transpose() * tree_.PoseAt(schema_.control, step_, poses_).R * by;
+          offset.by_H += X_WHand_.R.transpose() * tree_.PoseAt(bound_.control, step_, poses_).R * by;
         } else {
-          offset.by_B += R_BaseW * tree_.PoseAt(schema_.control, step_, poses_).R * by;
+          offset.by_B += R_BaseW * tree_.PoseAt(bound_.control, step_, poses_).R * by;
         }
         break;
       case In::kTarget:
-        offset.by_B += R_BaseW * tree_.PoseAt(schema_.target, step_, poses_).R * by;
+        offset.by_B += R_BaseW * tree_.PoseAt(bound_.target, step_, poses_).R * by;
         break;
       case In::kWorld:
         offset.by_B += R_BaseW * by;
@@ -129,7 +129,7 @@ class ApproachChecker {
   std::vector<Stretch> Stretches() const {
     std::vector<Stretch> all;
     const std::vector<Verb>& verbs = schema_.execute;
-    bool holding = schema_.control != kHand;
+    bool holding = bound_.control != facts_.hand();
     constraints::Offset offset, shifted;
     bool reached = false;
     for (const Verb& verb : verbs) {
@@ -149,7 +149,7 @@ class ApproachChecker {
       }
     }
     if (!Carries() && step_ > 0) {
-      const Pose X_WBefore = tree_.PoseAt(kHand, step_ - 1, poses_);
+      const Pose X_WBefore = tree_.PoseAt(facts_.hand(), step_ - 1, poses_);
       all.push_back({X_WBefore, true, false, {{}, (X_WBefore.p - X_WHand_.p).norm(), true}});
     }
     return all;
@@ -212,41 +212,39 @@ class ApproachChecker {
     problem.rest = rest;
     PollLimitsNow();
     search_.solver().Solve(problem, posture, kIterations);
-    if (posture.obstacle >= 0) posture.obstacle = kept_[static_cast<size_t>(posture.obstacle)];
+    if (posture.obstacle >= 0) posture.obstacle = kept_[ToIndex(posture.obstacle)];
   }
 
-  bool Moves(int solid) const {
-    const std::string& name = facts_.solids()[static_cast<size_t>(solid)];
-    const scene::Object* object = facts_.problem().scene.FindObject(name);
-    if (object == nullptr || !object->movable()) return false;
-    return tree_.HangsOn(name, holder_, step_) ||
-           (schema_.control != kHand && tree_.HangsOn(name, schema_.control, step_));
+  bool Moves(FrameId solid) const {
+    const ObjectId object = facts_.frames().ObjectOf(solid);
+    if (!object.valid() || !facts_.problem().scene.object(object).movable()) return false;
+    return tree_.HangsOn(solid, holder_, step_) ||
+           (bound_.control != facts_.hand() && tree_.HangsOn(solid, bound_.control, step_));
   }
 
   /// A solid at the key pose.
   struct Solid {
-    const std::string* name;
+    FrameId frame;
     const geometry::Shape* shape;
     Pose X_W;
     geometry::Aabb box;
     bool is_hand;
-    std::string parent;  // before the step, of what moves
+    FrameId parent;  // before the step, of what moves
   };
 
   /// Those that move along the stretch, and the rest.
   void FindSolids() {
     if (!resting_.empty() || !moving_.empty()) return;
-    const std::vector<std::string>& solids = facts_.solids();
-    std::vector<Pose> all;
+    FrameTree::Poses all;
     tree_.PosesAt(step_, poses_, all);
-    for (size_t i = 0; i < solids.size(); ++i) {
-      const geometry::Shape& shape = *facts_.ShapeOf(solids[i]);
-      const Pose& X_W = all[static_cast<size_t>(tree_.IndexOf(solids[i]))];
-      const bool is_hand = solids[i] == kHand;
-      const bool moves = is_hand || Moves(static_cast<int>(i));
+    for (const FrameId solid : facts_.solids()) {
+      const geometry::Shape& shape = *facts_.ShapeOf(solid);
+      const Pose& X_W = all[solid];
+      const bool is_hand = solid == facts_.hand();
+      const bool moves = is_hand || Moves(solid);
       (moves ? moving_ : resting_)
-          .push_back({&solids[i], &shape, X_W, geometry::BoundingBox(shape, X_W), is_hand,
-                      moves && !is_hand ? tree_.ParentAt(solids[i], step_ - 1) : ""});
+          .push_back({solid, &shape, X_W, geometry::BoundingBox(shape, X_W), is_hand,
+                      moves && !is_hand ? tree_.ParentAt(solid, step_ - 1) : FrameId()});
     }
   }
 
@@ -260,13 +258,13 @@ class ApproachChecker {
       for (const Solid& b : resting_) {
         if (box.DistanceTo(b.box) > 0) continue;
         // What it stands on before or after may be touched.
-        if (!a.is_hand && (*b.name == schema_.target || *b.name == a.parent)) continue;
+        if (!a.is_hand && (b.frame == bound_.target || b.frame == a.parent)) continue;
         if (geometry::DistanceLowerBound(*a.shape, X_WA, *b.shape, b.X_W) > -kTouch) continue;
         const double distance = geometry::SignedDistance(*a.shape, X_WA, *b.shape, b.X_W).distance;
         if (distance >= -kTouch) continue;
         char text[160];
-        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", a.name->c_str(), -100 * distance,
-                   b.name->c_str());
+        FormatInto(text, sizeof text, "%s would be %.1f cm inside %s", facts_.Name(a.frame).c_str(),
+                   -100 * distance, facts_.Name(b.frame).c_str());
         return text;
       }
     }
@@ -274,13 +272,14 @@ class ApproachChecker {
   }
 
   const SceneFacts& facts_;
+  const BoundStep& bound_;
   const StepSchema& schema_;
   const FrameTree& tree_;
   const std::vector<Pose>& poses_;
   int step_;
   IkSearch& search_;
   Pose X_WHand_;
-  std::string holder_;
+  FrameId holder_;
   std::vector<int> kept_;  // Indices of the obstacles of the stretch.
   std::vector<Solid> moving_, resting_;
 };

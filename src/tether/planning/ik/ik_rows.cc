@@ -13,7 +13,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using math::Pose;
 using nlp::Role;
 
@@ -89,9 +88,10 @@ class RowWriter {
     const nlp::BlockRef block =
         key_poses_.program.AddVector(ActionOf(step) + ": joints of " + robot, problem.lower, problem.upper);
     JointBlock joints{step, block.index, far, {}};
-    Add(joints, Role::kEquality, "hand of " + robot, constraints::MakeHandPosition(model_, offset), {kHand});
+    Add(joints, Role::kEquality, "hand of " + robot, constraints::MakeHandPosition(model_, offset),
+        {facts_.hand()});
     Add(joints, Role::kEquality, "turn of the hand of " + robot, constraints::MakeHandRotation(model_),
-        {kHand});
+        {facts_.hand()});
     key_poses_.program.Add(std::make_shared<StayNear>(step, block.index, q), Role::kCost);
     key_poses_.joints.push_back(std::move(joints));
     return key_poses_.joints.back();
@@ -112,18 +112,18 @@ class RowWriter {
     const robot::LinkPoses links(model_->chain(), q);
     const geometry::Shape hand = model_->HandShape(model_->gripper().max_opening);
     const auto shape = [&](int solid) -> const geometry::Shape& {
-      return solid == solids.hand() ? hand : solids.links[static_cast<size_t>(solid)].shape;
+      return solid == solids.hand() ? hand : solids.links[ToIndex(solid)].shape;
     };
     const auto box = [&](int solid, size_t part) {
       const geometry::Part& found = shape(solid).parts[part];
       const Pose& X_BS =
-          solid == solids.hand() ? links.X_BH() : links.X_BL(solids.links[static_cast<size_t>(solid)].link);
+          solid == solids.hand() ? links.X_BH() : links.X_BL(solids.links[ToIndex(solid)].link);
       return geometry::BoundingBox(found.primitive, X_BS * found.X_SP);
     };
     const double near = kLinkClearance + kNearLink;
     const size_t before = joints.rows.size();
     for (int solid = 0; solid < solids.hand(); ++solid) {
-      const robot::LinkSolid& link = solids.links[static_cast<size_t>(solid)];
+      const robot::LinkSolid& link = solids.links[ToIndex(solid)];
       for (size_t part = 0; part < link.shape.parts.size(); ++part) {
         const geometry::Aabb own = box(solid, part);
         for (size_t k = 0; k < problem.obstacles.size(); ++k) {
@@ -133,11 +133,12 @@ class RowWriter {
               std::find(ignored.begin(), ignored.end(), solid) != ignored.end())
             continue;
           const IkSearch::ObstacleName& name = search.NameOf(static_cast<int>(k));
-          if (!joints.rows.insert({solid, static_cast<int>(part), 0, name.solid, name.part}).second) continue;
-          const std::string& object = facts_.solids()[static_cast<size_t>(name.solid)];
-          Add(joints, Role::kInequality, "clearance(" + link.name + ", " + object + ")",
+          if (!joints.rows.insert({solid, static_cast<int>(part), 0, name.solid.value(), name.part}).second)
+            continue;
+          const FrameId object = name.solid;
+          Add(joints, Role::kInequality, "clearance(" + link.name + ", " + facts_.Name(object) + ")",
               constraints::MakeLinkClearance(model_, solid, static_cast<int>(part),
-                                             facts_.ShapeOf(object)->parts[static_cast<size_t>(name.part)],
+                                             facts_.ShapeOf(object)->parts[ToIndex(name.part)],
                                              kLinkClearance),
               {object});
         }
@@ -158,12 +159,12 @@ class RowWriter {
   }
 
  private:
-  const std::string& ActionOf(int step) const { return steps_[static_cast<size_t>(step)].action; }
+  const std::string& ActionOf(int step) const { return steps_[ToIndex(step)].action; }
 
   void Add(const JointBlock& joints, Role role, const std::string& label,
-           constraints::ArmFunctionPtr function, const std::vector<std::string>& frames) {
-    std::vector<Chain> chains{key_poses_.tree.ChainTo(facts_.problem().robot.name, joints.step)};
-    for (const std::string& frame : frames) chains.push_back(key_poses_.tree.ChainTo(frame, joints.step));
+           constraints::ArmFunctionPtr function, const std::vector<FrameId>& frames) {
+    std::vector<Chain> chains{key_poses_.tree.ChainTo(facts_.base(), joints.step)};
+    for (const FrameId frame : frames) chains.push_back(key_poses_.tree.ChainTo(frame, joints.step));
     key_poses_.program.Add(MakeArmResidual(ActionOf(joints.step) + ": " + label, joints.step,
                                            std::move(function), std::move(chains), joints.vector),
                            role);
@@ -184,8 +185,8 @@ void FindIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>& step
   if (!NeedsIkSolutions(facts.problem())) return;
   IkSearch search(facts, key_poses.tree);
   for (const JointBlock& joints : key_poses.joints) {
-    if (!joints.far && static_cast<size_t>(joints.vector) < x.vectors.size())
-      search.Suggest(joints.step, x.vectors[static_cast<size_t>(joints.vector)]);
+    if (!joints.far && ToIndex(joints.vector) < x.vectors.size())
+      search.Suggest(joints.step, x.vectors[ToIndex(joints.vector)]);
   }
   std::vector<IkSolution>& ik_solutions = key_poses.ik_solutions;
   ik_solutions = search.Find(key_poses.tree, x.poses);
@@ -217,7 +218,7 @@ bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>
   };
   // The vector block of a step's joints; with rows for what is near them.
   const auto joints_at = [&](int t) {
-    const Eigen::VectorXd& q = key_poses.ik_solutions[static_cast<size_t>(t)].q;
+    const Eigen::VectorXd& q = key_poses.ik_solutions[ToIndex(t)].q;
     search.SetStep(key_poses.tree, x.poses, t);
     auto known = find(t, false);
     if (known == key_poses.joints.end()) {
@@ -227,12 +228,12 @@ bool AddMissingIkSolutions(const SceneFacts& facts, const std::vector<BoundStep>
       added = true;
       return joints.vector;
     }
-    const Eigen::VectorXd& present = guess.vectors[static_cast<size_t>(known->vector)];
+    const Eigen::VectorXd& present = guess.vectors[ToIndex(known->vector)];
     added = writer.AddNear(*known, search, search.problem(), present) || added;
     return known->vector;
   };
   for (int t = 0; t < static_cast<int>(key_poses.ik_solutions.size()); ++t) {
-    const IkSolution& ik_solution = key_poses.ik_solutions[static_cast<size_t>(t)];
+    const IkSolution& ik_solution = key_poses.ik_solutions[ToIndex(t)];
     if (!ik_solution.found) joints_at(t);
     if (!ik_solution.blocked || find(t, true) != key_poses.joints.end()) continue;
     const int here = joints_at(t);

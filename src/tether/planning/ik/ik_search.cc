@@ -11,7 +11,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using math::Pose;
 
 // Other starts, where the configuration before does not lead to a solution.
@@ -59,15 +58,13 @@ void IkSearch::SetStep(const FrameTree& tree, const std::vector<Pose>& poses, in
   tree.PosesAt(step, poses, X_W_);
   problem_.obstacles.clear();
   names_.clear();
-  const std::vector<std::string>& solids = facts_.solids();
-  for (size_t solid = 0; solid < solids.size(); ++solid) {
-    if (solids[solid] == kHand) continue;
-    const geometry::Shape& shape = *facts_.ShapeOf(solids[solid]);
-    const int frame = tree.IndexOf(solids[solid]);
+  for (const FrameId solid : facts_.solids()) {
+    if (solid == facts_.hand()) continue;
+    const geometry::Shape& shape = *facts_.ShapeOf(solid);
     bool still = true;
-    for (std::string name = solids[solid]; !name.empty() && still; name = tree.ParentAt(name, step))
-      still = tree.LastMoved(name, step) < 0;
-    const Pose X_BO = X_BaseW_ * X_W_[static_cast<size_t>(frame)];
+    for (FrameId frame = solid; frame.valid() && still; frame = tree.ParentAt(frame, step))
+      still = tree.LastMoved(frame, step) < 0;
+    const Pose X_BO = X_BaseW_ * X_W_[solid];
     for (size_t part = 0; part < shape.parts.size(); ++part) {
       if (!touching_.empty() && still) {
         problem_.obstacles.emplace_back(shape.parts[part], X_BO, still);
@@ -75,10 +72,10 @@ void IkSearch::SetStep(const FrameTree& tree, const std::vector<Pose>& poses, in
       } else {
         problem_.obstacles.emplace_back(shape.parts[part], X_BO, still);
       }
-      names_.push_back({static_cast<int>(solid), static_cast<int>(part)});
+      names_.push_back({solid, static_cast<int>(part)});
     }
   }
-  problem_.X_BH = X_BaseW_ * X_W_[static_cast<size_t>(tree.IndexOf(kHand))];
+  problem_.X_BH = X_BaseW_ * X_W_[facts_.hand()];
 }
 
 std::vector<IkSolution> IkSearch::Find(const FrameTree& tree, const std::vector<Pose>& poses) {
@@ -184,11 +181,10 @@ std::string IkSearch::Explain(const robot::Posture& posture) const {
   }
   const auto link = [&](int solid) {
     const robot::ArmSolids& solids = robot.model->solids();
-    return solid == solids.hand() ? std::string("hand") : solids.links[static_cast<size_t>(solid)].name;
+    return solid == solids.hand() ? std::string("hand") : solids.links[ToIndex(solid)].name;
   };
-  const std::string other = posture.obstacle >= 0
-                                ? facts_.solids()[static_cast<size_t>(NameOf(posture.obstacle).solid)]
-                                : link(posture.other_solid);
+  const std::string other =
+      posture.obstacle >= 0 ? facts_.Name(NameOf(posture.obstacle).solid) : link(posture.other_solid);
   const std::string which = robot.name + "'s " + link(posture.solid);
   if (posture.distance < 0)
     return text("%s would be %.1f cm inside %s", which.c_str(), -100 * posture.distance, other.c_str());

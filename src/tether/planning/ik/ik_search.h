@@ -64,10 +64,10 @@ class IkSearch {
 
   /// The solid of the scene, and its part, that an obstacle of problem() is.
   struct ObstacleName {
-    int solid;  ///< In SceneFacts::solids().
+    FrameId solid;
     int part;
   };
-  const ObstacleName& NameOf(int obstacle) const { return names_[static_cast<size_t>(obstacle)]; }
+  const ObstacleName& NameOf(int obstacle) const { return names_[ToIndex(obstacle)]; }
 
  private:
   IkSolution FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd* other);
@@ -81,7 +81,7 @@ class IkSearch {
   Eigen::VectorXd start_;
   std::vector<ObstacleName> names_;
   std::vector<std::vector<int>> touching_;  // links that touch a part at the start, by parts of solids
-  std::vector<math::Pose> X_W_;
+  FrameTree::Poses X_W_;
   std::map<int, Eigen::VectorXd> suggested_;
 };
 

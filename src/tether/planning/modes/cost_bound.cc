@@ -71,7 +71,7 @@ double LowerCostBound(const SceneFacts& facts, const std::vector<BoundStep>& ste
     last = step;
   };
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    if (const std::optional<Ball>& ball = (*bounds)[static_cast<size_t>(t)].place) add(*ball, t);
+    if (const std::optional<Ball>& ball = (*bounds)[ToIndex(t)].place) add(*ball, t);
   }
   if (problem.program.home && !steps.empty())
     add({problem.robot.X_WHand.p, 0}, static_cast<int>(steps.size()));

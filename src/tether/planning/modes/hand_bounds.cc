@@ -46,16 +46,17 @@ std::optional<Ball> Locate(const StepContext& context, const BoundStep& step) {
 }
 
 /// The ball in which the hand is in the world after a step; none if that is not known.
-std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<std::optional<Ball>>& located) {
+std::optional<Ball> HandAt(const FrameTree& tree, FrameId hand, int step,
+                           const std::vector<std::optional<Ball>>& located) {
   math::Pose X_WF;  // known as long as the links are constant
   Ball ball;
   bool turned = false;
-  for (const ChainLink& link : tree.ChainTo(constraints::kHand, step)) {
+  for (const ChainLink& link : tree.ChainTo(hand, step)) {
     Ball next;
     if (link.variable < 0) {
-      next.centre = tree.parameters()[static_cast<size_t>(link.parameter)].p;
+      next.centre = tree.parameters()[ToIndex(link.parameter)].p;
     } else {
-      const std::optional<Ball>& found = located[static_cast<size_t>(link.variable)];
+      const std::optional<Ball>& found = located[ToIndex(link.variable)];
       if (!found) return std::nullopt;
       next = *found;
     }
@@ -65,7 +66,7 @@ std::optional<Ball> HandAt(const FrameTree& tree, int step, const std::vector<st
       ball = {X_WF * next.centre, next.radius};
       turned = true;
     } else {
-      X_WF = X_WF * tree.parameters()[static_cast<size_t>(link.parameter)];
+      X_WF = X_WF * tree.parameters()[ToIndex(link.parameter)];
     }
   }
   return turned ? ball : Ball{X_WF.p, 0};
@@ -80,16 +81,16 @@ std::optional<Vector3d> Carry(const std::vector<Alignment>& alignments, const Ve
 }
 
 /// The hand's z axis in the world after a step; none if that is not known.
-std::optional<Vector3d> ApproachAt(const FrameTree& tree, int step,
+std::optional<Vector3d> ApproachAt(const FrameTree& tree, FrameId hand, int step,
                                    const std::vector<std::vector<Alignment>>& alignments) {
-  const Chain& chain = tree.ChainTo(constraints::kHand, step);
+  const Chain chain = tree.ChainTo(hand, step);
   Vector3d d = Vector3d::UnitZ();
   for (size_t i = chain.size(); i-- > 0;) {
     if (chain[i].variable < 0) {
-      d = tree.parameters()[static_cast<size_t>(chain[i].parameter)].R * d;
+      d = tree.parameters()[ToIndex(chain[i].parameter)].R * d;
       continue;
     }
-    const std::optional<Vector3d> in_target = Carry(alignments[static_cast<size_t>(chain[i].variable)], d);
+    const std::optional<Vector3d> in_target = Carry(alignments[ToIndex(chain[i].variable)], d);
     if (!in_target) return std::nullopt;
     d = *in_target;
   }
@@ -98,17 +99,16 @@ std::optional<Vector3d> ApproachAt(const FrameTree& tree, int step,
 
 /// The movable objects that a step's target is attached to, it among them, if the step moves the hand itself
 /// and no earlier one moves any of them.
-std::vector<std::string> UnmovedBelow(const Problem& problem, const std::vector<BoundStep>& steps, int step) {
-  const StepSchema& schema = steps[static_cast<size_t>(step)].schema;
-  std::vector<std::string> all;
-  if (schema.control != constraints::kHand) return all;
-  for (const scene::Object* object = problem.scene.FindObject(schema.target); object != nullptr;
-       object = problem.scene.FindObject(object->parent)) {
-    if (object->movable()) all.push_back(object->name);
+std::vector<FrameId> UnmovedBelow(const SceneFacts& facts, const std::vector<BoundStep>& steps, int step) {
+  const scene::Frames& frames = facts.frames();
+  std::vector<FrameId> all;
+  if (steps[ToIndex(step)].control != frames.hand()) return all;
+  for (FrameId frame = steps[ToIndex(step)].target; frames.ObjectOf(frame).valid();
+       frame = frames.Parent(frame)) {
+    if (facts.problem().scene.object(frames.ObjectOf(frame)).movable()) all.push_back(frame);
   }
   for (int t = 0; t < step; ++t) {
-    if (std::find(all.begin(), all.end(), steps[static_cast<size_t>(t)].schema.control) != all.end())
-      return {};
+    if (std::find(all.begin(), all.end(), steps[ToIndex(t)].control) != all.end()) return {};
   }
   return all;
 }
@@ -118,17 +118,19 @@ std::vector<std::string> UnmovedBelow(const Problem& problem, const std::vector<
 std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
                                                 const std::vector<BoundStep>& steps) {
   const Problem& problem = facts.problem();
-  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
-  const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
-  const constraints::Memo memo;
+  FrameTree tree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds());
+  const auto choose = [](const constraints::ChoiceKey&, const std::vector<constraints::Option>&) {
+    return 0;
+  };
+  const constraints::KnownOfProgram known;
   const std::vector<math::Pose> poses(steps.size());  // Not read: bounds don't depend on poses.
   std::vector<std::optional<Ball>> located;
   std::vector<std::vector<Alignment>> alignments;
   std::vector<HandBound> bounds;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const BoundStep& step = steps[static_cast<size_t>(t)];
-    if (!tree.AddStep(step.schema.control, step.schema.target)) return std::nullopt;
-    const StepContext context(facts, memo, tree, poses, t, step, choose);
+    const BoundStep& step = steps[ToIndex(t)];
+    if (!tree.AddStep(step.control, step.target)) return std::nullopt;
+    const StepContext context(facts, known, tree, poses, t, step, choose);
     located.push_back(Locate(context, step));
     alignments.emplace_back();
     for (const BoundConstraint& constraint : step.constraints) {
@@ -136,7 +138,7 @@ std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
       if (const auto alignment = constraint.kind->align(context, constraint.parameters))
         alignments.back().push_back(*alignment);
     }
-    bounds.push_back({HandAt(tree, t, located), ApproachAt(tree, t, alignments)});
+    bounds.push_back({HandAt(tree, facts.hand(), t, located), ApproachAt(tree, facts.hand(), t, alignments)});
   }
   return bounds;
 }
@@ -165,7 +167,7 @@ std::optional<ReachRefutation> RefuteByReach(const SceneFacts& facts, const std:
     char text[64];
     FormatInto(text, sizeof text, ": %.1f cm beyond reach", 100 * beyond);
     return ReachRefutation{steps[t].action_index, steps[t].action + text,
-                           UnmovedBelow(facts.problem(), steps, static_cast<int>(t))};
+                           UnmovedBelow(facts, steps, static_cast<int>(t))};
   }
   return std::nullopt;
 }

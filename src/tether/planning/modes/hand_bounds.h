@@ -30,7 +30,7 @@ struct ReachRefutation {
   std::string reason;  ///< "pick(box): 4.5 cm beyond reach"
   /// The proof depends only on the poses of these movable objects, which no earlier action moved. Empty: it
   /// depends on more.
-  std::vector<std::string> unmoved;
+  std::vector<FrameId> unmoved;
 };
 
 /// The first action that is out of reach whatever the key poses: the least distance of the hand's last joint

@@ -24,7 +24,7 @@ constexpr double kAlternativeCost = 1.2;
 std::vector<Variant> Neighbours(const ModeAssignment& modes) {
   std::vector<std::pair<double, Variant>> neighbours;
   for (const ChoicePoint& choice : modes.choices) {
-    const size_t next = static_cast<size_t>(choice.chosen) + 1;
+    const size_t next = ToIndex(choice.chosen) + 1;
     if (next >= choice.options.size()) continue;
     Variant variant = modes.variant;
     variant[choice.key] = static_cast<int>(next);
@@ -56,7 +56,7 @@ ModeAssignment DescribeModeAssignment(const SceneFacts& facts, const Variant& va
   std::vector<math::Pose> X_WHand;
   double out_of_reach = 0;
   for (int t = 0; t < key_poses.tree.num_steps(); ++t) {
-    X_WHand.push_back(key_poses.tree.PoseAt(constraints::kHand, t, key_poses.guess.poses));
+    X_WHand.push_back(key_poses.tree.PoseAt(facts.hand(), t, key_poses.guess.poses));
     if (problem.robot.model != nullptr)
       out_of_reach = std::max(out_of_reach, OutOfReach(problem.robot, X_WHand.back()));
   }
@@ -110,9 +110,9 @@ std::vector<ModeAssignment> FindAlternatives(const SceneFacts& facts, const std:
                                              const ModeAssignment& modes, const Limits& limits) {
   std::vector<ModeAssignment> alternatives;
   for (const ChoicePoint& choice : modes.choices) {
-    const double score = choice.options[static_cast<size_t>(choice.chosen)].score;
+    const double score = choice.options[ToIndex(choice.chosen)].score;
     for (int option = 0; option < static_cast<int>(choice.options.size()); ++option) {
-      const double worse = choice.options[static_cast<size_t>(option)].score - score;
+      const double worse = choice.options[ToIndex(option)].score - score;
       if (option == choice.chosen || worse > kAlternativeScore || limits.Over()) continue;
       Variant variant = modes.variant;
       variant[choice.key] = option;

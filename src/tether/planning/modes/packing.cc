@@ -12,7 +12,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using math::Pose;
@@ -47,26 +46,26 @@ Pose Aligned(const Pose& X_WO, const Pose& X_WS, int quarter) {
 }  // namespace
 
 Packing::Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess)
-    : facts_(facts), guess_(guess), groups_(FindGroups(steps)) {}
+    : facts_(facts), guess_(guess), groups_(FindGroups(steps, facts.hand())) {}
 
-std::vector<Packing::Group> Packing::FindGroups(const std::vector<BoundStep>& steps) {
+std::vector<Packing::Group> Packing::FindGroups(const std::vector<BoundStep>& steps, FrameId hand) {
   std::vector<Group> all;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const BoundStep& step = steps[static_cast<size_t>(t)];
+    const BoundStep& step = steps[ToIndex(t)];
     const bool put_down = std::any_of(step.constraints.begin(), step.constraints.end(), [&](const auto& c) {
-      return c.kind->name == "rests_on" && c.parameters.Text("object") == step.schema.control &&
-             c.parameters.Text("on") == step.schema.target;
+      return c.kind->name == "rests_on" && c.parameters.Frame("object") == step.control &&
+             c.parameters.Frame("on") == step.target;
     });
     if (!put_down) continue;
     int pick = -1;
     for (int s = 0; s < t; ++s) {
-      const StepSchema& before = steps[static_cast<size_t>(s)].schema;
-      if (before.control == kHand && before.target == step.schema.control) pick = s;
+      const BoundStep& before = steps[ToIndex(s)];
+      if (before.control == hand && before.target == step.control) pick = s;
     }
     auto group =
-        std::find_if(all.begin(), all.end(), [&](const Group& g) { return g.support == step.schema.target; });
-    if (group == all.end()) group = all.insert(all.end(), {step.schema.target, {}});
-    group->placings.push_back({t, pick, step.schema.control});
+        std::find_if(all.begin(), all.end(), [&](const Group& g) { return g.support == step.target; });
+    if (group == all.end()) group = all.insert(all.end(), {step.target, {}});
+    group->placings.push_back({t, pick, step.control});
   }
   std::erase_if(all, [](const Group& group) { return group.placings.size() < kFewest; });
   return all;
@@ -79,7 +78,7 @@ std::optional<Packing::Arrangement> Packing::Arrange(int attempt, const Random& 
     for (const bool aligned : {false, true}) {
       for (const double raised : {0.0, kRaised}) {
         Arrangement found{{}, clearance < roomy};
-        std::map<std::string, Pose> X_W;
+        std::map<FrameId, Pose> X_W;
         const Fit fit{attempt, clearance, raised, aligned};
         if (std::all_of(groups_.begin(), groups_.end(), [&](const Group& group) {
               Random own = random;
@@ -93,7 +92,7 @@ std::optional<Packing::Arrangement> Packing::Arrange(int attempt, const Random& 
 }
 
 bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, std::map<int, Pose>& poses,
-                           std::map<std::string, Pose>& X_W) const {
+                           std::map<FrameId, Pose>& X_W) const {
   const geometry::Shape& support = *facts_.ShapeOf(group.support);
   for (const Placing& placing : group.placings) {
     PollLimitsNow();
@@ -101,8 +100,8 @@ bool Packing::ArrangeGroup(const Group& group, const Fit& fit, Random& random, s
     const Pose X_WGuess = guess_.tree.PoseAt(placing.object, placing.step, guess_.guess.poses);
     const geometry::Aabb box = geometry::BoundingBox(*facts_.ShapeOf(placing.object), X_WGuess);
     const double raise = placing.pick < 0 ? 0 : fit.raised * (box.upper.z() - box.lower.z());
-    const Pose X_OHand =
-        math::Between(X_WGuess, Raised(guess_.tree.PoseAt(kHand, placing.step, guess_.guess.poses), raise));
+    const Pose X_OHand = math::Between(
+        X_WGuess, Raised(guess_.tree.PoseAt(facts_.hand(), placing.step, guess_.guess.poses), raise));
     const Vector2d wanted = (X_WS.Inverse() * X_WGuess.p).head<2>();
     bool placed = false;
     for (const Vector2d& p_S : Places(support, wanted, fit.attempt, random)) {
@@ -158,17 +157,17 @@ std::vector<Vector2d> Packing::Places(const geometry::Shape& support, const Vect
   return sorted;
 }
 
-Pose Packing::PoseOf(const std::string& solid, int step, const std::map<std::string, Pose>& X_W) const {
+Pose Packing::PoseOf(FrameId solid, int step, const std::map<FrameId, Pose>& X_W) const {
   const auto placed = X_W.find(solid);
   return placed != X_W.end() ? placed->second : guess_.tree.PoseAt(solid, step, guess_.guess.poses);
 }
 
-bool Packing::StandsClear(const Placing& placing, const std::string& support, const Pose& X_WO,
-                          double clearance, const std::map<std::string, Pose>& X_W) const {
+bool Packing::StandsClear(const Placing& placing, FrameId support, const Pose& X_WO, double clearance,
+                          const std::map<FrameId, Pose>& X_W) const {
   const geometry::Shape& shape = *facts_.ShapeOf(placing.object);
   const Pose lifted = Raised(X_WO, kLift);
-  for (const std::string& solid : facts_.solids()) {
-    if (solid == placing.object || solid == kHand) continue;
+  for (const FrameId solid : facts_.solids()) {
+    if (solid == placing.object || solid == facts_.hand()) continue;
     const geometry::Shape& other = *facts_.ShapeOf(solid);
     const Pose X_WOther = PoseOf(solid, placing.step, X_W);
     const double least = solid == support ? 0.5 * kLift : clearance;
@@ -191,12 +190,12 @@ bool Packing::StandsClear(const Placing& placing, const std::string& support, co
 }
 
 bool Packing::HandIsClear(const Placing& placing, const Pose& X_WHand,
-                          const std::map<std::string, Pose>& X_W) const {
-  const geometry::Shape* hand = facts_.ShapeOf(kHand);
+                          const std::map<FrameId, Pose>& X_W) const {
+  const geometry::Shape* hand = facts_.ShapeOf(facts_.hand());
   if (hand == nullptr || hand->parts.empty()) return true;
   const double least = facts_.problem().program.hand_clearance;
-  for (const std::string& solid : facts_.solids()) {
-    if (solid == placing.object || solid == kHand) continue;
+  for (const FrameId solid : facts_.solids()) {
+    if (solid == placing.object || solid == facts_.hand()) continue;
     const geometry::Shape& other = *facts_.ShapeOf(solid);
     const Pose X_WOther = PoseOf(solid, placing.step, X_W);
     if (geometry::DistanceLowerBound(*hand, X_WHand, other, X_WOther) >= least) continue;

@@ -2,7 +2,6 @@
 
 #include <map>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "tether/common/random.h"
@@ -24,7 +23,9 @@ class Packing {
   Packing(const SceneFacts& facts, const std::vector<BoundStep>& steps, const KeyPoseProgram& guess);
 
   /// Whether some support gets kFewest objects or more.
-  static bool IsNeeded(const std::vector<BoundStep>& steps) { return !FindGroups(steps).empty(); }
+  static bool IsNeeded(const SceneFacts& facts, const std::vector<BoundStep>& steps) {
+    return !FindGroups(steps, facts.hand()).empty();
+  }
   struct Arrangement {
     std::map<int, math::Pose> placed;  ///< Key poses by step: placements, and raised grasps.
     bool tight = false;                ///< Carried objects do not have their full clearance.
@@ -36,10 +37,10 @@ class Packing {
   struct Placing {
     int step;  // that puts it down
     int pick;  // that grasps it; −1: none
-    std::string object;
+    FrameId object;
   };
   struct Group {
-    std::string support;
+    FrameId support;
     std::vector<Placing> placings;
   };
   struct Fit {
@@ -49,18 +50,18 @@ class Packing {
     bool aligned;      // with the support's edges, not as they came
   };
 
-  static std::vector<Group> FindGroups(const std::vector<BoundStep>& steps);
+  static std::vector<Group> FindGroups(const std::vector<BoundStep>& steps, FrameId hand);
   bool ArrangeGroup(const Group& group, const Fit& fit, Random& random, std::map<int, math::Pose>& poses,
-                    std::map<std::string, math::Pose>& X_W) const;
+                    std::map<FrameId, math::Pose>& X_W) const;
   /// Places in the support's plane, in the order in which they are tried, m.
   static std::vector<Eigen::Vector2d> Places(const geometry::Shape& support, const Eigen::Vector2d& wanted,
                                              int attempt, Random& random);
   /// Stands there, clear of everything but what carries it.
-  bool StandsClear(const Placing& placing, const std::string& support, const math::Pose& X_WO,
-                   double clearance, const std::map<std::string, math::Pose>& X_W) const;
+  bool StandsClear(const Placing& placing, FrameId support, const math::Pose& X_WO, double clearance,
+                   const std::map<FrameId, math::Pose>& X_W) const;
   bool HandIsClear(const Placing& placing, const math::Pose& X_WHand,
-                   const std::map<std::string, math::Pose>& X_W) const;
-  math::Pose PoseOf(const std::string& solid, int step, const std::map<std::string, math::Pose>& X_W) const;
+                   const std::map<FrameId, math::Pose>& X_W) const;
+  math::Pose PoseOf(FrameId solid, int step, const std::map<FrameId, math::Pose>& X_W) const;
 
   const SceneFacts& facts_;
   const KeyPoseProgram& guess_;

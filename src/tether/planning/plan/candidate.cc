@@ -23,7 +23,7 @@ constexpr size_t kLookedAt = 48;
 // optimiser rarely saves more than half of a guess's cost, by spreading a turn over two steps.
 constexpr double kWorthTrying = 0.5;
 // Of a row's violation, m or rad.
-constexpr double kLeastSuspicious = 1e-3;
+constexpr double kLeastSuspicious = constraints::kFeasibleLength;
 // The number of best mode assignments that get further starts if none is accepted from its own guess.
 constexpr size_t kRestarted = 2;
 constexpr size_t kMostAlternatives = 2;
@@ -75,7 +75,7 @@ class CandidateRun {
     if (refutation) {
       refutations_ = {refutation->reason};
       report_.reason = refutation->reason;
-      refuted_actions_ = static_cast<size_t>(refutation->action_index) + 1;
+      refuted_actions_ = ToIndex(refutation->action_index) + 1;
       proved_ = true;
       unmoved_ = refutation->unmoved;
       Conclude();
@@ -94,7 +94,7 @@ class CandidateRun {
   /// After Run(): the last of these is so whatever comes before it.
   bool refuted_anywhere() const { return refuted_anywhere_; }
   /// After Run(): the last of these is impossible as long as nothing moves one of these objects.
-  const std::vector<std::string>& unmoved() const { return unmoved_; }
+  const std::vector<FrameId>& unmoved() const { return unmoved_; }
   /// After Run(): the best that was accepted; null: nothing.
   std::shared_ptr<Optimum> optimum() const { return optimum_; }
   /// After Run(), where nothing was accepted: the steps whose constraints conflict.
@@ -126,10 +126,8 @@ class CandidateRun {
   /// candidates with the same prefix; depends on nothing but the problem.
   std::vector<math::Pose> SolvePrefix(const ModeAssignment& modes, size_t actions) const {
     const Variant variant = FirstChoices(modes, actions);
-    std::string key = "beginning";
-    for (size_t i = 0; i < actions; ++i) key += " " + actions_[i];
-    for (const auto& [choice, chosen] : variant) key += " " + choice + "=" + std::to_string(chosen);
-    return *facts_.memo().Get<std::vector<math::Pose>>(key, [&] {
+    const auto end = actions_.begin() + static_cast<std::ptrdiff_t>(actions);
+    return *facts_.beginnings().Get({{actions_.begin(), end}, variant}, [&] {
       const std::vector<BoundStep> steps = FirstSteps(steps_, actions);
       KeyPoseProgram key_poses = BuildProgram(facts_, steps, variant, {.near = kNear});
       nlp::Result result;
@@ -186,7 +184,7 @@ class CandidateRun {
   /// Where several objects are put on one support: starts from places that were found for all of them
   /// together; the best of a few that are feasible. False if no support gets enough objects.
   bool TryArrangements(const Variant& variant) {
-    if (!Packing::IsNeeded(steps_)) return false;
+    if (!Packing::IsNeeded(facts_, steps_)) return false;
     const KeyPoseProgram guess = BuildProgram(facts_, steps_, variant, {.guess_only = true});
     if (!guess.refutations.empty()) return true;
     const Packing packing(facts_, steps_, guess);
@@ -235,7 +233,7 @@ class CandidateRun {
     refutations_.insert(refutations_.end(), modes.refutations.begin(), modes.refutations.end());
     constant_proof_ = constant_proof_ || modes.constant_proof;
     if (modes.refuted_action < 0) return;
-    refuted_actions_ = static_cast<size_t>(modes.refuted_action) + 1;
+    refuted_actions_ = ToIndex(modes.refuted_action) + 1;
     refuted_anywhere_ = modes.refuted_anywhere;
     proved_ = modes.refuted_proved;
     report_.reason = modes.refuted_reason;
@@ -280,11 +278,11 @@ class CandidateRun {
     int first = static_cast<int>(actions_.size());
     for (const nlp::Assessment::Violation& violation : nlp::Assess(program, result.x).violations) {
       if (violation.amount < kLeastSuspicious) break;
-      const auto step = static_cast<size_t>(violation.residual->step());
+      const size_t step = ToIndex(violation.residual->step());
       first = std::min(first, steps_[step].action_index + 1);
     }
     if (first == static_cast<int>(actions_.size())) return;
-    last_suspect_ = static_cast<size_t>(first);
+    last_suspect_ = ToIndex(first);
     suspects_.insert(last_suspect_);
   }
 
@@ -333,7 +331,7 @@ class CandidateRun {
         all.push_back(text);
     };
     for (const int term : result.blocking_terms) {
-      const nlp::Residual& residual = *key_poses.program.terms()[static_cast<size_t>(term)].residual;
+      const nlp::Residual& residual = *key_poses.program.terms()[ToIndex(term)].residual;
       name(residual.step(), residual.name());
     }
     for (size_t t = 0; t < key_poses.ik_solutions.size(); ++t) {
@@ -408,7 +406,7 @@ class CandidateRun {
   bool all_refuted_ = true;
   size_t refuted_actions_ = 0;
   bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
-  std::vector<std::string> unmoved_;
+  std::vector<FrameId> unmoved_;
 };
 
 /// The length of the shortest failing prefix of a candidate that was given up: up to an action among the
@@ -417,8 +415,7 @@ size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string
                           const std::vector<BoundStep>& steps, const CandidateRun& run, int index,
                           const Limits& limits) {
   std::set<size_t> ends;
-  for (const int step : run.blocking_steps())
-    ends.insert(static_cast<size_t>(steps[static_cast<size_t>(step)].action_index) + 1);
+  for (const int step : run.blocking_steps()) ends.insert(ToIndex(steps[ToIndex(step)].action_index) + 1);
   for (const size_t end : ends) {
     if (end == actions.size() || limits.Over()) break;
     CandidateRun first(facts, {actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(end)},
@@ -430,11 +427,10 @@ size_t FindFailingActions(const SceneFacts& facts, const std::vector<std::string
 
 }  // namespace
 
-Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
+Verdict OptimizeCandidate(const SceneFacts& facts, const Skeleton& skeleton, int index,
                           const Limits& limits) {
   const double begin = limits.Elapsed();
-  const std::vector<BoundStep> steps = BindSkeleton(facts.problem(), actions);
-  CandidateRun run(facts, actions, steps, index, limits);
+  CandidateRun run(facts, skeleton.actions, skeleton.steps, index, limits);
   Verdict verdict;
   verdict.report = run.Run();
   verdict.optimum = run.optimum();
@@ -442,9 +438,16 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string
   verdict.failing_anywhere = run.refuted_anywhere();
   verdict.unmoved = run.unmoved();
   if (verdict.report.status == CandidateStatus::kGaveUp && verdict.failing_actions == 0 && !limits.Over())
-    verdict.failing_actions = FindFailingActions(facts, actions, steps, run, index, limits);
+    verdict.failing_actions = FindFailingActions(facts, skeleton.actions, skeleton.steps, run, index, limits);
   verdict.report.optimize_s = limits.Elapsed() - begin;
   return verdict;
+}
+
+Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
+                          const Limits& limits) {
+  const Problem& problem = facts.problem();
+  const SkeletonBinder binder(problem.scene, facts.shared_frames(), problem.actions, problem.constraints);
+  return OptimizeCandidate(facts, binder.Bind(actions), index, limits);
 }
 
 }  // namespace tether::planning

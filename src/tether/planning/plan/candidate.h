@@ -16,7 +16,7 @@ struct Verdict {
   size_t failing_actions = 0;
   bool failing_anywhere = false;  ///< The last of these fails by itself, whatever comes before it.
   /// If not empty, the last of these fails as long as nothing moves one of these objects.
-  std::vector<std::string> unmoved;
+  std::vector<FrameId> unmoved;
   std::shared_ptr<Optimum>
       optimum;  ///< Of a feasible one, the optimum, ready to be optimised again; else null.
 };
@@ -29,6 +29,8 @@ struct Verdict {
 ///
 /// `index` is the candidate's number, for the log. Random starts are the same for all candidates, so the
 /// result does not depend on the other candidates.
+Verdict OptimizeCandidate(const SceneFacts& facts, const Skeleton& skeleton, int index, const Limits& limits);
+/// The same for actions that are bound here. Throws InputError as SkeletonBinder::Bind().
 Verdict OptimizeCandidate(const SceneFacts& facts, const std::vector<std::string>& actions, int index,
                           const Limits& limits);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,6 +47,8 @@ struct PlanStep {
   std::optional<math::Pose> X_CTool = {};
 };
 
+struct Skeleton;
+
 /// A chain of poses tied to objects. What `tether plan --output` writes (format `tether.plan/1`), the checker
 /// judges and the executive runs.
 struct Plan {
@@ -55,6 +58,8 @@ struct Plan {
   std::vector<std::string> actions;  ///< "pick(hook)", "push(hook,box,table)", …
   std::vector<PlanStep> steps;
   double cost = 0;
+  /// `actions` with all names bound, if the plan was made in this process; else null.
+  std::shared_ptr<const Skeleton> skeleton = {};
 };
 
 }  // namespace tether::planning

@@ -13,6 +13,7 @@
 #include "tether/planning/plan/candidate.h"
 #include "tether/planning/plan/impossibility.h"
 #include "tether/planning/skeleton/action_reader.h"
+#include "tether/planning/skeleton/bound_actions.h"
 #include "tether/planning/skeleton/skeleton_source.h"
 #include "tether/planning/skeleton/subsequences.h"
 #include "tether/planning/transit/plan_motion.h"
@@ -23,12 +24,6 @@ namespace {
 // The most states that are examined after each proof, and when nothing was found.
 constexpr size_t kFewStates = 2000;
 constexpr size_t kManyStates = 100'000;
-
-std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<ActionId>& actions) {
-  std::vector<std::string> names;
-  for (const ActionId action : actions) names.push_back(task.actions()[action].name);
-  return names;
-}
 
 // Once the wanted plans are found, the most sequences in a row that may be skipped before planning ends.
 constexpr int kMostSkipped = 1000;
@@ -54,6 +49,7 @@ class Planner {
         limits_(problem.search),
         scope_(limits_),
         facts_(problem),
+        bound_(problem, facts_.shared_frames(), task),
         source_(task, problem.goal, problem.search),
         subsequences_(source_.MakeProduct()) {}
 
@@ -99,7 +95,7 @@ class Planner {
     verdict.report.reason = best.reason;
     verdict.failing_actions = static_cast<size_t>(step.action_index) + 1;
     const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
-    if (blocker != nullptr && blocker->movable()) verdict.unmoved = {blocker->name};
+    if (blocker != nullptr && blocker->movable()) verdict.unmoved = {facts_.frames().Find(blocker->name)};
     fates_[actions] = Fate::kFailed;
     const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
     if (cost != costs_.end()) costs_.erase(cost);
@@ -131,7 +127,7 @@ class Planner {
     return most > 0 && costs_.empty() && static_cast<int>(report_.candidates.size()) >= most;
   }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
-  size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
+  size_t Wanted() const { return ToIndex(problem_.search.max_plans.value_or(1)); }
   /// The wanted plans are found.
   bool Enough() const { return !AllWanted() && costs_.size() >= Wanted(); }
   /// As many plans as are wanted cost no more than `bound`.
@@ -153,14 +149,16 @@ class Planner {
   }
 
   Verdict Optimize(const std::vector<ActionId>& actions, int index) const {
-    const std::vector<std::string> names = ActionNames(task_, actions);
     const LimitsScope scope(limits_);
     try {
-      return HasRegionStep(problem_, names) ? CheckRegionSteps(facts_, names, index, limits_)
-                                            : OptimizeCandidate(facts_, names, index, limits_);
+      const std::shared_ptr<const Skeleton> skeleton = bound_.Bind(actions);
+      Verdict verdict = HasRegionStep(skeleton->steps) ? CheckRegionSteps(facts_, *skeleton, index, limits_)
+                                                       : OptimizeCandidate(facts_, *skeleton, index, limits_);
+      verdict.report.plan.skeleton = skeleton;
+      return verdict;
     } catch (const LimitReached& reached) {
       Verdict verdict;
-      verdict.report.plan.actions = names;
+      verdict.report.plan.actions = ActionNames(task_, actions);
       verdict.report.reason = reached.what();
       return verdict;
     }
@@ -169,7 +167,7 @@ class Planner {
   void TryAll(std::vector<std::vector<ActionId>> batch) {
     std::vector<Candidate> candidates;
     for (std::vector<ActionId>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
-    const size_t window = static_cast<size_t>(problem_.search.threads);
+    const size_t window = ToIndex(problem_.search.threads);
     size_t ahead = 0;
     for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
       for (; window > 1 && ahead < candidates.size() && ahead < i + window; ++ahead) {
@@ -260,7 +258,7 @@ class Planner {
   }
 
   double BoundOf(const std::vector<ActionId>& actions) const {
-    return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
+    return LowerCostBound(facts_, bound_.Bind(actions)->steps);
   }
 
   /// An order of the same actions whose lower cost bound is much less, found step by step; empty if there is
@@ -273,7 +271,7 @@ class Planner {
     double least = first;
     size_t without_gain = 0;
     for (int at = 0; at < kMostOrders && without_gain < others.size() && !limits_.Over(); ++at) {
-      std::vector<ActionId>& other = others[static_cast<size_t>(at) % others.size()];
+      std::vector<ActionId>& other = others[ToIndex(at) % others.size()];
       const double bound = BoundOf(other);
       ++without_gain;
       if (bound >= least * (1 - kBetter)) continue;
@@ -348,22 +346,23 @@ class Planner {
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
-  std::vector<ActionId> ActionsThatMove(const std::vector<std::string>& objects) {
+  std::vector<ActionId> ActionsThatMove(const std::vector<FrameId>& objects) {
     if (moved_by_.empty()) {
-      for (const auto& action : task_.actions()) {
+      for (const ActionId action : task_.actions().ids()) {
         PollLimits();
-        std::vector<std::string>& moved = moved_by_.emplace_back();
-        const ActionCall call = ParseActionCall(action.name);
+        std::vector<FrameId>& moved = moved_by_.emplace_back();
+        const ActionCall call = ParseActionCall(task_.actions()[action].name);
         for (const ActionSchema& schema : problem_.actions) {
           if (schema.name != call.name) continue;
-          for (const StepSchema& step : BindAction(schema, call.arguments)) moved.push_back(step.control);
+          for (const StepSchema& step : BindAction(schema, call.arguments))
+            moved.push_back(facts_.frames().Find(step.control));
         }
       }
     }
     std::vector<ActionId> all;
     for (const ActionId action : moved_by_.ids()) {
       PollLimits();
-      const std::vector<std::string>& moved = moved_by_[action];
+      const std::vector<FrameId>& moved = moved_by_[action];
       if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
         all.push_back(action);
     }
@@ -386,6 +385,7 @@ class Planner {
   const LimitsScope scope_;
   std::optional<Limit> reached_;  // The limit that ended the search.
   const SceneFacts facts_;
+  const BoundActions bound_;
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
@@ -399,8 +399,8 @@ class Planner {
   int skipped_ = 0;              // since the last candidate
   bool ended_ = false;           // Planning ended while other candidates may be left.
   std::vector<task::Conflict> conflicts_;
-  bool impossible_ = false;                                     // The proofs rule out every sequence.
-  IndexedVector<ActionId, std::vector<std::string>> moved_by_;  // The frames that it moves; filled on demand.
+  bool impossible_ = false;                                 // The proofs rule out every sequence.
+  IndexedVector<ActionId, std::vector<FrameId>> moved_by_;  // The frames that it moves; filled on demand.
   PlanReport report_;
 };
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/constraints/core/numbers.h"
 #include "tether/nlp/solver.h"
 #include "tether/planning/plan/report.h"
 #include "tether/planning/skeleton/action.h"
@@ -30,8 +31,8 @@ struct ActingRobot {
 
 /// Weights of the objective's parts: α and β of paper A, eq. (4).
 struct Weights {
-  double translation = 0.5;  ///< 1/m² of squared distances, 1/m of lengths.
-  double rotation = 1.5;     ///< 1/rad² of squared angles, 1/rad of angles.
+  double translation = constraints::kTravelWeight;  ///< 1/m² of squared distances, 1/m of lengths.
+  double rotation = constraints::kTurnWeight;       ///< 1/rad² of squared angles, 1/rad of angles.
 };
 
 /// What is summed over the moves of the hand from one key pose to the next.
@@ -47,8 +48,8 @@ struct ProgramOptions {
   bool home = true;                 ///< The hand returns to its start at the end.
   double hand_clearance = 0.002;    ///< Between the open hand and everything else, m.
   double object_clearance = 0.015;  ///< Between carried objects and everything else, where there is room, m.
-  double feasible_m = 1e-3;         ///< The checker's tolerances, m …
-  double feasible_rad = 5e-3;       ///< … and rad.
+  double feasible_m = constraints::kFeasibleLength;   ///< The checker's tolerances, m …
+  double feasible_rad = constraints::kFeasibleAngle;  ///< … and rad.
   nlp::Backend backend = nlp::Backend::kNative;
   nlp::Options solver;  ///< Except max_iterations: see below.
   /// Iterations of one solve, in the backend's own unit; none: as the backend needs (EffortOf).

@@ -85,7 +85,7 @@ class ArmResidual final : public nlp::Residual {
   void Evaluate(const nlp::Point& x, nlp::VectorRef r, nlp::JacobianRef* J) const override {
     std::array<Pose, FrameChains::kMostFrames> buffer;
     const std::span<const Pose> poses = chains_.Poses(x, buffer);
-    const Eigen::VectorXd& q = x.vectors[static_cast<size_t>(vector_)];
+    const Eigen::VectorXd& q = x.vectors[ToIndex(vector_)];
     if (J == nullptr) return function_->Evaluate(q, poses, r, nullptr, nullptr);
     chains_.WithFrameJacobian(size(), [&](Eigen::Map<Eigen::MatrixXd> J_frames) {
       nlp::JacobianRef all_frames(J_frames);
@@ -131,8 +131,7 @@ FrameChains::FrameChains(std::vector<Chain> all) {
 }
 
 const Pose& FrameChains::PoseOf(const Link& link, const nlp::Point& x) {
-  return link.variable < 0 ? x.parameters[static_cast<size_t>(link.parameter)]
-                           : x.poses[static_cast<size_t>(link.variable)];
+  return link.variable < 0 ? x.parameters[ToIndex(link.parameter)] : x.poses[ToIndex(link.variable)];
 }
 
 std::span<const Pose> FrameChains::Poses(const nlp::Point& x, std::array<Pose, kMostFrames>& buffer) const {

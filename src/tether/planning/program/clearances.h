@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "tether/geometry/distance/bounds.h"
@@ -13,18 +12,17 @@ namespace tether::planning {
 /// A pair whose contact a step intends. With `part_a` ≥ 0 only that part of `a`.
 struct Exemption {
   int step;
-  std::string a, b;
+  FrameId a, b;
   int part_a;
 };
 
 /// Which of SceneFacts::solids() move at a step: the control frame, everything attached to it, and the hand.
-std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, const std::string& control,
-                              int step);
+std::vector<bool> MovedSolids(const SceneFacts& facts, const FrameTree& tree, FrameId control, int step);
 
 /// Two convex parts with a clearance at a step: `a` moves, `b` does not.
 struct ClearancePair {
   int step;
-  int solid_a, solid_b;  ///< In SceneFacts::solids().
+  FrameId a, b;
   int part_a, part_b;
   double clearance;  ///< m
   bool taken;        ///< A program has a row for it.
@@ -47,8 +45,7 @@ class Clearances {
 
  private:
   struct Solid {
-    const geometry::Shape* shape;
-    int frame;  // in the tree
+    const geometry::Shape* shape = nullptr;  // null: not solid
     std::vector<geometry::Aabb> boxes;
   };
   /// Calls `visit` with every pair that is not taken, the solids' boxes and X_W_ being those of its step.
@@ -56,8 +53,8 @@ class Clearances {
   void ForEachOpen(const FrameTree& tree, const std::vector<math::Pose>& poses, Visit visit);
 
   std::vector<ClearancePair> pairs_;  // by steps
-  std::vector<Solid> solids_;
-  std::vector<math::Pose> X_W_;
+  IndexedVector<FrameId, Solid> solids_;
+  FrameTree::Poses X_W_;
 };
 
 }  // namespace tether::planning

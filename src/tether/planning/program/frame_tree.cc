@@ -1,145 +1,125 @@
 #include "tether/planning/program/frame_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
-
-#include "tether/constraints/core/context.h"
 
 namespace tether::planning {
 
-FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand, const std::string& holds) {
-  const auto add = [&](const std::string& name) {
-    index_.emplace(name, static_cast<int>(names_.size()));
-    names_.push_back(name);
-  };
-  add(scene::kWorld);
-  for (const scene::Object& object : scene.objects) add(object.name);
-  for (const scene::Region& region : scene.regions) add(region.name);
-  for (const scene::Robot& robot : scene.robots) add(robot.name);
-  add(constraints::kHand);
-
-  // In the order in which they were added.
-  std::vector<Node> start{Node()};
-  const auto hang = [&](const std::string& parent) { start.push_back({IndexOf(parent), -1}); };
-  for (const scene::Object& object : scene.objects) hang(object.parent);
-  for (const scene::Region& region : scene.regions) hang(region.parent);
-  for (const scene::Robot& robot : scene.robots) hang(robot.parent);
-  hang(holds.empty() ? scene::kWorld : holds);
+FrameTree::FrameTree(const scene::Frames& frames, const scene::Scene& scene, const math::Pose& X_WHand,
+                     FrameId holds) {
+  State start(frames.size());
+  for (const FrameId frame : frames.ids()) start[frame].parent = frames.Parent(frame);
+  if (holds.valid()) start[frames.hand()].parent = holds;
+  int parameters = 0;
+  for (const FrameId frame : frames.ids()) {
+    first_parameter_.push_back(parameters);
+    for (FrameId i = frame; start[i].parent.valid(); i = start[i].parent) ++parameters;
+  }
   states_.push_back(std::move(start));
+  parameters_.resize(ToIndex(parameters));
   MoveTo(scene, X_WHand);
 }
 
 void FrameTree::MoveTo(const scene::Scene& scene, const math::Pose& X_WHand) {
-  X_start_.assign(names_.size(), math::Pose());
-  const auto at = [&](const std::string& name) -> math::Pose& {
-    return X_start_[static_cast<size_t>(IndexOf(name))];
-  };
-  for (const scene::Object& object : scene.objects) at(object.name) = object.X_ParentObject;
-  for (const scene::Region& region : scene.regions) at(region.name) = region.X_ParentRegion;
-  for (const scene::Robot& robot : scene.robots) at(robot.name) = robot.X_ParentBase;
-  const std::string& holder = ParentAt(constraints::kHand, -1);
-  at(constraints::kHand) =
-      holder == scene::kWorld ? X_WHand : math::Between(scene.InitialPose(holder), X_WHand);
-  for (size_t i = 0; i < parameters_.size(); ++i)
-    parameters_[i] = PoseAtStart(parameter_frames_[i].first, parameter_frames_[i].second);
+  X_start_.clear();
+  X_start_.reserve(first_parameter_.size());
+  X_start_.emplace_back();
+  for (const scene::Object& object : scene.objects) X_start_.push_back(object.X_ParentObject);
+  for (const scene::Region& region : scene.regions) X_start_.push_back(region.X_ParentRegion);
+  for (const scene::Robot& robot : scene.robots) X_start_.push_back(robot.X_ParentBase);
+  const State& start = StateAfter(-1);
+  std::vector<FrameId> under;  // the hand, from what it holds on
+  for (FrameId i = start.values().back().parent; start[i].parent.valid(); i = start[i].parent)
+    under.push_back(i);
+  math::Pose X_WHolder;
+  for (; !under.empty(); under.pop_back()) X_WHolder = X_WHolder * X_start_[under.back()];
+  X_start_.push_back(
+      start.values().back().parent == scene::Frames::world() ? X_WHand : math::Between(X_WHolder, X_WHand));
+  assert(X_start_.size() == first_parameter_.size());
+  for (const FrameId frame : start.ids()) {
+    math::Pose X;
+    size_t at = ToIndex(first_parameter_[frame]);
+    for (FrameId i = frame; start[i].parent.valid(); i = start[i].parent)
+      parameters_[at++] = X = X_start_[i] * X;
+  }
 }
 
-math::Pose FrameTree::PoseAtStart(int frame, int ancestor) const {
-  math::Pose X;
-  for (int i = frame; i != ancestor; i = states_.front()[static_cast<size_t>(i)].parent)
-    X = X_start_[static_cast<size_t>(i)] * X;
-  return X;
-}
-
-int FrameTree::ParameterOf(int frame, int ancestor) const {
-  const std::pair wanted(frame, ancestor);
-  const auto found = std::find(parameter_frames_.begin(), parameter_frames_.end(), wanted);
-  if (found != parameter_frames_.end()) return static_cast<int>(found - parameter_frames_.begin());
-  parameter_frames_.push_back(wanted);
-  parameters_.push_back(PoseAtStart(frame, ancestor));
-  return static_cast<int>(parameters_.size()) - 1;
-}
-
-bool FrameTree::AddStep(const std::string& control, const std::string& target) {
+bool FrameTree::AddStep(FrameId control, FrameId target) {
   if (HangsOn(target, control, num_steps() - 1)) return false;
-  std::vector<Node> next = states_.back();
-  next[static_cast<size_t>(IndexOf(control))] = {IndexOf(target), num_steps()};
+  State next = states_.back();
+  next[control] = {target, num_steps()};
   states_.push_back(std::move(next));
   return true;
 }
 
-std::string FrameTree::ParentAt(const std::string& frame, int step) const {
-  const Node& node = states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))];
-  return node.parent < 0 ? std::string() : names_[static_cast<size_t>(node.parent)];
-}
-
-int FrameTree::LastMoved(const std::string& frame, int step) const {
-  return states_[static_cast<size_t>(step + 1)][static_cast<size_t>(IndexOf(frame))].variable;
-}
-
-bool FrameTree::HangsOn(const std::string& frame, const std::string& ancestor, int step) const {
-  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
-  const int wanted = IndexOf(ancestor);
-  for (int i = IndexOf(frame); i >= 0; i = nodes[static_cast<size_t>(i)].parent) {
-    if (i == wanted) return true;
+bool FrameTree::HangsOn(FrameId frame, FrameId ancestor, int step) const {
+  const State& nodes = StateAfter(step);
+  for (FrameId i = frame; i.valid(); i = nodes[i].parent) {
+    if (i == ancestor) return true;
   }
   return false;
 }
 
-const Chain& FrameTree::ChainTo(const std::string& frame, int step) const {
-  chains_.resize(states_.size());
-  std::vector<Chain>& chains = chains_[static_cast<size_t>(step + 1)];
-  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
-  chains.resize(nodes.size());
-  const int index = IndexOf(frame);
-  Chain& chain = chains[static_cast<size_t>(index)];
-  if (!chain.empty()) return chain;
-  for (int i = index; i > 0;) {
-    const int variable = nodes[static_cast<size_t>(i)].variable;
-    if (variable >= 0) {
-      chain.push_back({variable, -1});
-      i = nodes[static_cast<size_t>(i)].parent;
+template <typename Visit>
+void FrameTree::ForEachLink(FrameId frame, int step, Visit visit) const {
+  const State& nodes = StateAfter(step);
+  for (FrameId i = frame; nodes[i].parent.valid();) {
+    if (nodes[i].variable >= 0) {
+      visit(ChainLink{nodes[i].variable, -1});
+      i = nodes[i].parent;
       continue;
     }
-    int ancestor = i;
-    while (ancestor > 0 && nodes[static_cast<size_t>(ancestor)].variable < 0)
-      ancestor = nodes[static_cast<size_t>(ancestor)].parent;
-    chain.push_back({-1, ParameterOf(i, ancestor)});
-    i = ancestor;
+    int parameter = first_parameter_[i] - 1;
+    for (; nodes[i].parent.valid() && nodes[i].variable < 0; i = nodes[i].parent) ++parameter;
+    visit(ChainLink{-1, parameter});
   }
+}
+
+Chain FrameTree::ChainTo(FrameId frame, int step) const {
+  Chain chain;
+  ForEachLink(frame, step, [&](const ChainLink& link) { chain.push_back(link); });
   std::reverse(chain.begin(), chain.end());
   return chain;
 }
 
-math::Pose FrameTree::PoseAt(const std::string& frame, int step,
-                             const std::vector<math::Pose>& variables) const {
-  math::Pose X_WF;
-  for (const ChainLink& link : ChainTo(frame, step)) {
+math::Pose FrameTree::PoseAt(FrameId frame, int step, const std::vector<math::Pose>& variables) const {
+  // From the world to the frame, as residuals compose chains: the same to the last bit. Links come the other
+  // way round.
+  constexpr size_t kUsual = 16;
+  std::array<const math::Pose*, kUsual> usual;  // NOLINT: as many as are written are read
+  std::vector<const math::Pose*> more;
+  size_t links = 0;
+  ForEachLink(frame, step, [&](const ChainLink& link) {
     assert(link.variable < static_cast<int>(variables.size()));
-    X_WF = X_WF * (link.variable < 0 ? parameters_[static_cast<size_t>(link.parameter)]
-                                     : variables[static_cast<size_t>(link.variable)]);
-  }
+    const math::Pose* X =
+        link.variable < 0 ? &parameters_[ToIndex(link.parameter)] : &variables[ToIndex(link.variable)];
+    if (links < kUsual) {
+      usual[links] = X;
+    } else {
+      more.push_back(X);
+    }
+    ++links;
+  });
+  math::Pose X_WF;
+  for (size_t i = links; i-- > 0;) X_WF = X_WF * (i < kUsual ? *usual[i] : *more[i - kUsual]);
   return X_WF;
 }
 
-void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables,
-                        std::vector<math::Pose>& X_W) const {
-  const std::vector<Node>& nodes = states_[static_cast<size_t>(step + 1)];
+void FrameTree::PosesAt(int step, const std::vector<math::Pose>& variables, Poses& X_W) const {
+  const State& nodes = StateAfter(step);
   X_W.assign(nodes.size(), math::Pose());
-  std::vector<char> done(nodes.size(), 0);
-  std::vector<size_t> waiting;
-  for (size_t start = 0; start < nodes.size(); ++start) {
+  IndexedVector<FrameId, char> done(nodes.size(), 0);
+  std::vector<FrameId> waiting;
+  for (const FrameId start : nodes.ids()) {
     // Up to a frame whose pose is known, and back down.
-    for (size_t i = start; done[i] == 0; i = static_cast<size_t>(nodes[i].parent)) {
-      waiting.push_back(i);
-      if (nodes[i].parent < 0) break;
-    }
+    for (FrameId i = start; i.valid() && done[i] == 0; i = nodes[i].parent) waiting.push_back(i);
     for (; !waiting.empty(); waiting.pop_back()) {
-      const size_t i = waiting.back();
+      const FrameId i = waiting.back();
       const Node& node = nodes[i];
-      if (node.parent >= 0) {
-        const math::Pose& X = node.variable < 0 ? X_start_[i] : variables[static_cast<size_t>(node.variable)];
-        X_W[i] = X_W[static_cast<size_t>(node.parent)] * X;
+      if (node.parent.valid()) {
+        const math::Pose& X = node.variable < 0 ? X_start_[i] : variables[ToIndex(node.variable)];
+        X_W[i] = X_W[node.parent] * X;
       }
       done[i] = 1;
     }

@@ -12,7 +12,6 @@ namespace tether::planning {
 namespace {
 
 using constraints::FrameAt;
-using constraints::kHand;
 using math::Pose;
 using nlp::Role;
 
@@ -45,7 +44,7 @@ class ProgramSink final : public constraints::RowSink {
     }
     target_.program.Add(std::move(residual), role);
   }
-  void Exempt(int step, const std::string& a, const std::string& b, int part_a) override {
+  void Exempt(int step, FrameId a, FrameId b, int part_a) override {
     exemptions_.push_back({step, a, b, part_a});
   }
   void Refute(const std::string& reason) override { Fail(reason, true, true); }
@@ -80,7 +79,7 @@ class ProgramSink final : public constraints::RowSink {
     nothing.parameters = target_.tree.parameters();
     residual.Evaluate(nothing, r, nullptr);
     const double violation = role == Role::kEquality ? r.cwiseAbs().maxCoeff() : r.maxCoeff();
-    if (violation <= 1e-3) return;
+    if (violation <= constraints::kFeasibleLength) return;
     const char* unit = residual.unit() == nlp::Unit::kRadian ? "rad" : "m";
     char text[48];
     std::snprintf(text, sizeof text, " is off by %.3f %s, and nothing moves there", violation, unit);
@@ -100,23 +99,23 @@ class ProgramSink final : public constraints::RowSink {
 void AddClearances(const SceneFacts& facts, const std::vector<BoundStep>& steps,
                    const std::vector<ClearancePair>& pairs, ProgramSink& sink) {
   for (const ClearancePair& pair : pairs) {
-    const std::string& a = facts.solids()[static_cast<size_t>(pair.solid_a)];
-    const std::string& b = facts.solids()[static_cast<size_t>(pair.solid_b)];
-    sink.BeginStep(pair.step, steps[static_cast<size_t>(pair.step)].action);
-    sink.Add(Role::kInequality, "clearance(" + a + ", " + b + ")",
-             constraints::MakePartDistance(facts.ShapeOf(a)->parts[static_cast<size_t>(pair.part_a)],
-                                           facts.ShapeOf(b)->parts[static_cast<size_t>(pair.part_b)],
-                                           pair.clearance, -1),
+    const FrameId a = pair.a, b = pair.b;
+    sink.BeginStep(pair.step, steps[ToIndex(pair.step)].action);
+    sink.Add(Role::kInequality, "clearance(" + facts.Name(a) + ", " + facts.Name(b) + ")",
+             constraints::MakePartDistance(facts.ShapeOf(a)->parts[ToIndex(pair.part_a)],
+                                           facts.ShapeOf(b)->parts[ToIndex(pair.part_b)], pair.clearance, -1),
              {{a, pair.step}, {b, pair.step}});
   }
 }
 
-void AddReach(const Problem& problem, int num_steps, const std::vector<BoundStep>& steps, ProgramSink& sink) {
+void AddReach(const SceneFacts& facts, int num_steps, const std::vector<BoundStep>& steps,
+              ProgramSink& sink) {
+  const Problem& problem = facts.problem();
   if (problem.robot.model == nullptr) return;
   const robot::Reach& reach = problem.robot.model->reach();
   for (int t = 0; t < num_steps; ++t) {
-    sink.BeginStep(t, steps[static_cast<size_t>(t)].action);
-    const std::vector<FrameAt> frames{{problem.robot.name, t}, {kHand, t}};
+    sink.BeginStep(t, steps[ToIndex(t)].action);
+    const std::vector<FrameAt> frames{{facts.base(), t}, {facts.hand(), t}};
     sink.Add(Role::kInequality, "reach(" + problem.robot.name + ")",
              constraints::MakePointDistance(reach.centre, reach.wrist_hand, reach.max, 1), frames);
     sink.Add(Role::kInequality, "reach(" + problem.robot.name + "): not too near",
@@ -125,7 +124,9 @@ void AddReach(const Problem& problem, int num_steps, const std::vector<BoundStep
 }
 
 /// Paper A, eq. (4), between consecutive key poses of the hand.
-void AddCosts(const Problem& problem, int num_steps, ProgramSink& sink) {
+void AddCosts(const SceneFacts& facts, int num_steps, ProgramSink& sink) {
+  const Problem& problem = facts.problem();
+  const FrameId hand = facts.hand();
   const bool length = problem.program.objective == Objective::kLength;
   const Weights& weights = problem.program.weights;
   const double translation = length ? weights.translation : std::sqrt(weights.translation);
@@ -138,8 +139,8 @@ void AddCosts(const Problem& problem, int num_steps, ProgramSink& sink) {
              frames);
     sink.Add(Role::kCost, "turn of the hand", length ? constraints::MakeRootOfLength(turn) : turn, frames);
   };
-  for (int t = 0; t < num_steps; ++t) add(t, {{kHand, t - 1}, {kHand, t}});
-  if (problem.program.home && num_steps > 0) add(num_steps - 1, {{kHand, num_steps - 1}, {kHand, -1}});
+  for (int t = 0; t < num_steps; ++t) add(t, {{hand, t - 1}, {hand, t}});
+  if (problem.program.home && num_steps > 0) add(num_steps - 1, {{hand, num_steps - 1}, {hand, -1}});
 }
 
 Pose Noise(Random& random, double scale) {
@@ -155,7 +156,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand, problem.robot.holds),
+  KeyPoseProgram out{.tree = FrameTree(facts.frames(), problem.scene, problem.robot.X_WHand, facts.holds()),
                      .program = {},
                      .guess = {},
                      .choices = {},
@@ -165,7 +166,8 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
   ProgramSink sink(out, exemptions, !start.guess_only);
 
   std::vector<Pose>& poses = out.guess.poses;
-  const auto choose = [&](const std::string& key, const std::vector<constraints::Option>& options) {
+  const auto choose = [&](const constraints::ChoiceKey& key,
+                          const std::vector<constraints::Option>& options) {
     for (const ChoicePoint& choice : out.choices) {
       if (choice.key == key) return choice.chosen;
     }
@@ -176,21 +178,20 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     return chosen;
   };
 
-  const constraints::Memo memo;
+  const constraints::KnownOfProgram known;
   for (int t = 0; t < static_cast<int>(steps.size()); ++t) {
-    const BoundStep& step = steps[static_cast<size_t>(t)];
-    const std::string& control = step.schema.control;
-    const std::string& target = step.schema.target;
+    const BoundStep& step = steps[ToIndex(t)];
+    const FrameId control = step.control, target = step.target;
     sink.BeginStep(t, step.action, step.action_index);
     const Pose X_TC =
         math::Between(out.tree.PoseAt(target, t - 1, poses), out.tree.PoseAt(control, t - 1, poses));
     if (!out.tree.AddStep(control, target)) {
-      sink.RefuteHere(target + " is attached to " + control + " and can't carry it");
+      sink.RefuteHere(facts.Name(target) + " is attached to " + facts.Name(control) + " and can't carry it");
       return out;
     }
-    out.program.AddPose(step.action + ": " + control + " in " + target);
+    out.program.AddPose(step.action + ": " + facts.Name(control) + " in " + facts.Name(target));
     poses.push_back(start.noise > 0 ? X_TC * Noise(random, start.noise) : X_TC);
-    const StepContext context(facts, memo, out.tree, poses, t, step, choose);
+    const StepContext context(facts, known, out.tree, poses, t, step, choose);
     for (const BoundConstraint& constraint : step.constraints) {
       Pose guess = poses.back();
       if (constraint.kind->guess) constraint.kind->guess(context, constraint.parameters, guess);
@@ -201,15 +202,15 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
     for (const BoundConstraint& constraint : step.constraints) {
       constraint.kind->build(context, constraint.parameters, sink);
     }
-    for (const auto& [a, b] : step.schema.allow) sink.Exempt(t, a, b, -1);
+    for (const auto& [a, b] : step.allow) sink.Exempt(t, a, b, -1);
   }
   const int num_steps = static_cast<int>(steps.size());
   if (start.guess_only) return out;
   sink.BeginMargins();
-  AddReach(problem, num_steps, steps, sink);
+  AddReach(facts, num_steps, steps, sink);
   out.clearances.emplace(facts, steps, out.tree, exemptions, start.tight);
   AddClearances(facts, steps, out.clearances->TakeNear(out.tree, poses, start.near), sink);
-  AddCosts(problem, num_steps, sink);
+  AddCosts(facts, num_steps, sink);
   out.guess.parameters = out.tree.parameters();
   return out;
 }

@@ -50,9 +50,6 @@ struct KeyPoseProgram {
   std::vector<JointBlock> joints = {};
 };
 
-/// The option of each choice, by its key; the best one where a key is missing.
-using Variant = std::map<std::string, int>;
-
 /// Pairs of parts within this of their clearance get a row at once, m.
 inline constexpr double kNear = 0.05;
 

@@ -54,62 +54,62 @@ geometry::Shape DefaultHand() {
 
 }  // namespace
 
-SceneFacts::SceneFacts(const Problem& problem) : problem_(problem) {
+SceneFacts::SceneFacts(const Problem& problem)
+    : problem_(problem),
+      frames_(std::make_shared<scene::Frames>(problem.scene)),
+      base_(frames_->Find(problem.robot.name)),
+      holds_(frames_->Find(problem.robot.holds)) {
   const auto& model = problem.robot.model;
   hand_ = model != nullptr ? model->HandShape(model->gripper().max_opening) : DefaultHand();
-  for (const scene::Object& object : problem.scene.objects) {
-    down_[object.name] = FindDownFace(object.shape, problem.scene.InitialPose(object.name));
-    solids_.push_back(object.name);
+  for (const ObjectId id : frames_->objects()) {
+    const scene::Object& object = problem.scene.object(id);
+    down_.push_back(FindDownFace(object.shape, problem.scene.InitialPose(object.name)));
+    solids_.push_back(scene::Frames::Of(id));
   }
-  solids_.push_back(constraints::kHand);
+  solids_.push_back(hand());
 }
 
-const geometry::Shape* SceneFacts::ShapeOf(const std::string& frame) const {
-  if (frame == constraints::kHand) return &hand_;
-  const scene::Object* object = problem_.scene.FindObject(frame);
-  return object != nullptr ? &object->shape : nullptr;
+const geometry::Shape* SceneFacts::ShapeOf(FrameId frame) const {
+  if (frame == hand()) return &hand_;
+  const ObjectId object = frames_->ObjectOf(frame);
+  return object.valid() ? &problem_.scene.object(object).shape : nullptr;
 }
 
-StepContext::StepContext(const SceneFacts& facts, const constraints::Memo& program_memo,
+StepContext::StepContext(const SceneFacts& facts, const constraints::KnownOfProgram& known,
                          const FrameTree& tree, const std::vector<math::Pose>& poses, int step,
                          const BoundStep& bound, Chooser chooser)
     : facts_(facts),
-      program_memo_(program_memo),
+      known_(known),
       tree_(tree),
       poses_(poses),
       bound_(bound),
       step_(step),
-      control_(bound.schema.control),
-      target_(bound.schema.target),
       chooser_(std::move(chooser)) {
   for (const BoundConstraint& constraint : bound.constraints) {
     if (constraint.kind->name == "graspable") approach_ = constraint.parameters.Text("approach");
   }
 }
 
-std::optional<double> StepContext::grip_force(const std::string& object) const {
+std::optional<double> StepContext::grip_force(FrameId object) const {
   std::optional<double> force;
-  for (const Verb& verb : bound_.schema.execute) {
-    const auto* gripper = std::get_if<GripperVerb>(&verb);
-    if (gripper != nullptr && gripper->close_on == object)
-      force = std::max(force.value_or(0), gripper->force);
+  for (size_t i = 0; i < bound_.close_on.size(); ++i) {
+    if (bound_.close_on[i] == object)
+      force = std::max(force.value_or(0), std::get<GripperVerb>(bound_.schema.execute[i]).force);
   }
   return force;
 }
 
-std::optional<double> StepContext::grip_margin(const std::string& object) const {
+std::optional<double> StepContext::grip_margin(FrameId object) const {
   for (const BoundConstraint& constraint : bound_.constraints) {
-    if (constraint.kind->name != "inside" || constraint.parameters.Text("of") != object) continue;
-    const std::string& frame = constraint.parameters.Text("frame");
-    if (frame == constraints::kHand || (frame == constraints::kMoved && control_ == constraints::kHand))
-      return constraint.parameters.Number("margin");
+    if (constraint.kind->name != "inside" || constraint.parameters.Frame("of") != object) continue;
+    if (constraint.parameters.Frame("frame") == hand()) return constraint.parameters.Number("margin");
   }
   return std::nullopt;
 }
 
-Eigen::Vector3d StepContext::DownFace(const std::string& object) const {
+Eigen::Vector3d StepContext::DownFace(FrameId object) const {
   // The hand's own down face is its approach direction.
-  return object == constraints::kHand ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : facts_.DownFace(object);
+  return object == hand() ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : facts_.DownFace(object);
 }
 
 }  // namespace tether::planning

@@ -16,13 +16,13 @@ constexpr int kClearanceRounds = 8;
 
 /// PlanStep::face.
 std::string FaceOf(const SceneFacts& facts, const BoundStep& step, const math::Pose& X_TC) {
-  const std::string &control = step.schema.control, &target = step.schema.target;
+  const FrameId control = step.control, target = step.target;
   const geometry::Shape *object = facts.ShapeOf(control), *on = facts.ShapeOf(target);
   const bool rests = std::any_of(step.constraints.begin(), step.constraints.end(),
                                  [](const BoundConstraint& c) { return c.kind->name == "rests_on"; });
   if (!rests || object == nullptr || on == nullptr || !on->is_compound()) return "";
   const Eigen::Vector3d up = -facts.DownFace(target);
-  const std::vector<constraints::UpperFace> faces = constraints::UpperFaces(target, *on, up);
+  const std::vector<constraints::UpperFace> faces = constraints::UpperFaces(facts.Name(target), *on, up);
   if (faces.size() < 2) return "";
   const double lowest = up.dot(X_TC.p) - geometry::Support(*object, -(X_TC.R.transpose() * up));
   return constraints::FaceUnder(faces, lowest, X_TC * geometry::CentreOfMass(*object)).name;
@@ -66,7 +66,8 @@ std::vector<Eigen::VectorXd> JointsOf(const std::vector<IkSolution>& ik_solution
 }
 
 bool KeepsRows(const nlp::Result& result) {
-  return result.max_violation_m <= 1e-4 && result.max_violation_rad <= 5e-4;
+  return result.max_violation_m <= constraints::kRowShare * constraints::kFeasibleLength &&
+         result.max_violation_rad <= constraints::kRowShare * constraints::kFeasibleAngle;
 }
 
 nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>& steps, const Limits& limits,

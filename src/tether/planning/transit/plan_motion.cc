@@ -18,7 +18,6 @@
 namespace tether::planning {
 namespace {
 
-using constraints::kHand;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using math::Pose;
@@ -39,7 +38,8 @@ class MotionPlanner {
       : problem_(problem),
         plan_(*plan),
         model_(*problem.robot.model),
-        tree_(problem.scene, problem.robot.X_WHand, problem.robot.holds),
+        frames_(problem.scene),
+        tree_(frames_, problem.scene, problem.robot.X_WHand, frames_.Find(problem.robot.holds)),
         X_BW_(problem.robot.X_WBase.Inverse()),
         solver_(problem.robot.model),
         state_(problem.robot.model, problem.robot.X_WBase.R.transpose() * Vector3d(0, 0, -robot::kGravity)) {
@@ -52,7 +52,8 @@ class MotionPlanner {
     for (size_t t = 0; t < plan_.steps.size(); ++t) {
       PlanStep& step = plan_.steps[t];
       step.motion.reset();
-      if (step.target_is_region || step.q.size() != model_.dof() || !tree_.AddStep(step.control, step.target))
+      if (step.target_is_region || step.q.size() != model_.dof() ||
+          !tree_.AddStep(frames_.Find(step.control), frames_.Find(step.target)))
         break;
       poses_.push_back(step.X_TC);
       PollLimitsNow();
@@ -63,18 +64,18 @@ class MotionPlanner {
   }
 
  private:
-  Pose PoseOf(const std::string& frame, int step) const { return tree_.PoseAt(frame, step, poses_); }
+  Pose PoseOf(FrameId frame, int step) const { return tree_.PoseAt(frame, step, poses_); }
 
   /// A displacement that a verb of step `t` asks for, in the world.
   Vector3d InWorld(const Vector3d& by, In in, int t) const {
     const PlanStep& step = plan_.steps[static_cast<size_t>(t)];
     switch (in) {
       case In::kControl:
-        return PoseOf(step.control, t).R * by;
+        return PoseOf(frames_.Find(step.control), t).R * by;
       case In::kTarget:
-        return PoseOf(step.target, t).R * by;
+        return PoseOf(frames_.Find(step.target), t).R * by;
       case In::kHand:
-        return PoseOf(kHand, t).R * by;
+        return PoseOf(frames_.hand(), t).R * by;
       case In::kWorld:
         break;
     }
@@ -83,7 +84,7 @@ class MotionPlanner {
 
   /// The hand at a reach of step `t`, in the base frame.
   Pose HandAt(const ReachVerb& reach, int t) const {
-    Pose X_WH = PoseOf(kHand, t);
+    Pose X_WH = PoseOf(frames_.hand(), t);
     X_WH.p += InWorld(reach.offset, reach.in, t);
     return X_BW_ * X_WH;
   }
@@ -95,10 +96,13 @@ class MotionPlanner {
     snapshot.model = problem_.robot.model;
     snapshot.clearance = kClearance;
     snapshot.opening = model_.gripper().max_opening;
-    const Pose X_WH = PoseOf(kHand, t - 1);
-    for (const scene::Object& object : problem_.scene.objects) {
-      const Pose X_WO = PoseOf(object.name, t - 1);
-      const bool moves = !held.empty() && (object.name == held || tree_.HangsOn(object.name, held, t - 1));
+    const Pose X_WH = PoseOf(frames_.hand(), t - 1);
+    const FrameId holds = frames_.Find(held);
+    for (const ObjectId id : frames_.objects()) {
+      const scene::Object& object = problem_.scene.object(id);
+      const FrameId frame = scene::Frames::Of(id);
+      const Pose X_WO = PoseOf(frame, t - 1);
+      const bool moves = holds.valid() && tree_.HangsOn(frame, holds, t - 1);
       if (!moves) {
         snapshot.obstacles.push_back({object.name, object.shape, X_BW_ * X_WO});
         continue;
@@ -203,7 +207,7 @@ class MotionPlanner {
   VectorXd AfterStep(int t) {
     const PlanStep& step = plan_.steps[static_cast<size_t>(t)];
     VectorXd q = step.q;
-    Pose X_BH = X_BW_ * PoseOf(kHand, t);
+    Pose X_BH = X_BW_ * PoseOf(frames_.hand(), t);
     for (const Verb& verb : step.execute) {
       const auto* shift = std::get_if<ShiftVerb>(&verb);
       if (shift == nullptr) continue;
@@ -224,6 +228,7 @@ class MotionPlanner {
   const Problem& problem_;
   Plan& plan_;
   const robot::Model& model_;
+  const scene::Frames frames_;
   FrameTree tree_;
   const Pose X_BW_;
   robot::PostureSolver solver_;
