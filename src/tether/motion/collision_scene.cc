@@ -9,7 +9,7 @@
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/geometry/distance/query.h"
-#include "tether/motion/kernel_tables.h"
+#include "tether/motion/kernel/kernel_tables.h"
 #include "tether/robot/kinematics.h"
 
 namespace tether::motion {

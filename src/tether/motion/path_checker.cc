@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tether/geometry/distance/distance.h"
-#include "tether/motion/sphere_kernel.h"
+#include "tether/motion/kernel/sphere_kernel.h"
 #include "tether/robot/kinematics.h"
 
 namespace tether::motion {

@@ -9,7 +9,7 @@
 
 #include "testing/motion/random_scene.h"
 #include "testing/motion/slow_checker.h"
-#include "tether/motion/kernel_tables.h"
+#include "tether/motion/kernel/kernel_tables.h"
 
 namespace tether::motion {
 namespace {

@@ -119,9 +119,8 @@ MatrixXd Sample(const std::vector<Piece>& pieces, const VectorXd& end, int lead,
       q.col(k) = end;
       continue;
     }
-    const double s =
-        std::clamp(PlaceAt(pieces[i], phases[i], std::clamp(t - begin, 0.0, phases[i].total())), 0.0,
-                   pieces[i].length);
+    const double s = std::clamp(PlaceAt(pieces[i], phases[i], std::clamp(t - begin, 0.0, phases[i].total())),
+                                0.0, pieces[i].length);
     q.col(k) = pieces[i].from + s * pieces[i].rate;
   }
   return q;
@@ -214,13 +213,19 @@ Trajectory TimePath(const std::vector<VectorXd>& path, const JointLimits& limits
 
 void StretchForLoad(const LoadLimits& limits, robot::State& state, Trajectory* trajectory) {
   // Samples that are looked at.
-  constexpr int kLooks = 24;
-  constexpr int kRounds = 2;
+  constexpr int kLooks = 14;
+  constexpr int kRounds = 3;
   const robot::Model& model = state.model();
   const Index n = model.dof();
   JointReference at{VectorXd::Zero(n), VectorXd::Zero(n), VectorXd::Zero(n)};
   const VectorXd rest = VectorXd::Zero(n);
-  VectorXd gravity(n), torque(n);
+  VectorXd torque(n), held(n);
+  const auto carried = [&](const Eigen::Vector3d& a_hand) {
+    const Eigen::Vector3d arm = state.X_BH().R * limits.p_HC;
+    const Eigen::Vector3d force = limits.payload * (a_hand + Eigen::Vector3d(0, 0, robot::kGravity));
+    return VectorXd(state.J_BH().topRows(3).transpose() * force +
+                    state.J_BH().bottomRows(3).transpose() * arm.cross(force));
+  };
   for (int round = 0; round < kRounds; ++round) {
     double factor = 1;
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero();
@@ -228,30 +233,26 @@ void StretchForLoad(const LoadLimits& limits, robot::State& state, Trajectory* t
     if (step <= 0) return;
     for (int look = 1; look <= kLooks; ++look) {
       trajectory->Evaluate(look * step, &at);
-      state.Set(at.q, rest);
-      gravity = state.bias();
       state.Set(at.q, at.v);
-      torque.noalias() = state.M() * at.a;
-      torque += state.bias() - gravity;
       const Eigen::Vector3d v_hand = state.J_BH().topRows(3) * at.v;
       const Eigen::Vector3d a_hand = (v_hand - v_before) / step;
       v_before = v_hand;
-      if (limits.payload > 0) {
-        const Eigen::Vector3d arm = state.X_BH().R * limits.p_HC;
-        const Eigen::Vector3d force = limits.payload * a_hand, weight(0, 0, limits.payload * robot::kGravity);
-        torque += state.J_BH().topRows(3).transpose() * force +
-                  state.J_BH().bottomRows(3).transpose() * arm.cross(force);
-        gravity += state.J_BH().topRows(3).transpose() * weight +
-                   state.J_BH().bottomRows(3).transpose() * arm.cross(weight);
-      }
+      torque.noalias() = state.M() * at.a;
+      torque += state.bias();
+      if (limits.payload > 0) torque += carried(a_hand);
+      factor = std::max(
+          {factor, v_hand.norm() / limits.hand_speed, std::sqrt(a_hand.norm() / limits.hand_acceleration)});
+      if ((torque.cwiseAbs() - limits.torque_share * model.max_torque()).maxCoeff() <= 0) continue;
+      // What is not for holding the arm shrinks as the motion gets longer.
+      state.Set(at.q, rest);
+      held = state.bias();
+      if (limits.payload > 0) held += carried(Eigen::Vector3d::Zero());
       for (Index i = 0; i < n; ++i) {
         // Where gravity alone needs nearly all, a tenth is left to move with.
         const double most = model.max_torque()[i];
-        const double room = std::max(limits.torque_share * most - std::abs(gravity[i]), 0.1 * most);
-        factor = std::max(factor, std::sqrt(std::abs(torque[i]) / room));
+        const double room = std::max(limits.torque_share * most - std::abs(held[i]), 0.1 * most);
+        factor = std::max(factor, std::sqrt(std::abs(torque[i] - held[i]) / room));
       }
-      factor = std::max({factor, v_hand.norm() / limits.hand_speed,
-                         std::sqrt(a_hand.norm() / limits.hand_acceleration)});
     }
     if (factor <= 1.001) return;
     trajectory->Stretch(factor);

@@ -18,6 +18,9 @@ constexpr int kElsewhere = 10;
 // A solution with a joint this near to a limit is a poor one: others are looked for, from so many starts,
 // rad.
 constexpr double kPoor = 0.1;
+// So is one that a joint turns further for than this, if there is one nearer to home. What a poor one costs,
+// and what another has to save, rad.
+constexpr double kFar = 1.5, kPoorCost = 3, kWorthwhile = 0.3;
 constexpr int kBetterStarts = 6;
 
 }  // namespace
@@ -128,14 +131,14 @@ IkSolution IkSearch::FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd*
   return ik_solution;
 }
 
-// An arm that comes from the other side may end up folded, a joint at its limit: what follows is then hardly
-// reached. With joint 1 turned towards the hand it has room.
+// An arm that comes from the other side may end up folded, with its shoulder turned over or a joint at its
+// limit: what follows is then hardly reached. With joint 1 turned towards the hand it is nearer to home.
 void IkSearch::PreferRoom(const Eigen::VectorXd& from, robot::Posture& best) {
-  const auto room = [&](const Eigen::VectorXd& q) {
-    return std::min((q - problem_.lower).minCoeff(), (problem_.upper - q).minCoeff());
+  const auto is_poor = [&](const Eigen::VectorXd& q) {
+    return std::min((q - problem_.lower).minCoeff(), (problem_.upper - q).minCoeff()) < kPoor;
   };
-  const auto travel = [&](const Eigen::VectorXd& q) { return (q - from).cwiseAbs().maxCoeff(); };
-  if (room(best.q) >= kPoor) return;
+  const bool poor = is_poor(best.q);
+  if (!poor && (best.q - from).cwiseAbs().maxCoeff() < kFar) return;
   const robot::Model& model = *facts_.problem().robot.model;
   const Eigen::VectorXd rest = problem_.rest;
   Eigen::VectorXd home = model.home();
@@ -143,13 +146,18 @@ void IkSearch::PreferRoom(const Eigen::VectorXd& from, robot::Posture& best) {
   const double turn =
       std::atan2(problem_.X_BH.p.y(), problem_.X_BH.p.x()) - std::atan2(X_BHome.p.y(), X_BHome.p.x());
   home[0] = std::clamp(home[0] + std::remainder(turn, 2 * M_PI), problem_.lower[0], problem_.upper[0]);
+  const Eigen::Index last = home.size() - 1;
+  const auto cost = [&](const Eigen::VectorXd& q) {
+    const double from_home = last > 1 ? (q - home).segment(1, last - 1).norm() : 0;
+    return (q - from).cwiseAbs().maxCoeff() + from_home + (is_poor(q) ? kPoorCost : 0);
+  };
   Random random(2);
-  std::optional<robot::Posture> other;
-  for (int i = 0; i < kBetterStarts; ++i) {
+  double least = cost(best.q) - kWorthwhile;
+  const int starts = poor ? kBetterStarts : 3;
+  for (int i = 0; i < starts; ++i) {
     robot::Posture posture;
     posture.q = home;
     // The hand may have to be turned either way.
-    const Eigen::Index last = home.size() - 1;
     if (i == 1) posture.q[last] = problem_.lower[last] + 4 * kPoor;
     if (i == 2) posture.q[last] = problem_.upper[last] - 4 * kPoor;
     for (int joint = 1; joint < home.size() && i > 2; ++joint)
@@ -157,11 +165,11 @@ void IkSearch::PreferRoom(const Eigen::VectorXd& from, robot::Posture& best) {
     problem_.rest = posture.q;
     PollLimitsNow();
     solver_.Solve(problem_, posture);
-    if (!posture.reaches() || posture.distance < kLeastLinkClearance || room(posture.q) < kPoor) continue;
-    if (!other || travel(posture.q) < travel(other->q)) other = posture;
+    if (!posture.reaches() || posture.distance < kLeastLinkClearance || cost(posture.q) >= least) continue;
+    least = cost(posture.q);
+    best = posture;
   }
   problem_.rest = rest;
-  if (other) best = *other;
 }
 
 std::string IkSearch::Explain(const robot::Posture& posture) const {

@@ -16,6 +16,8 @@ constexpr double kRoom = 0.1;
 constexpr double kMissing = 10;
 // Worth a grasp that is turned further.
 constexpr double kWorth = 0.25;
+// The hand turns by no more than this from the key pose before to a grasp that is turned, rad.
+constexpr double kMostTurn = 2.4;
 
 bool IsGrasp(const BoundStep& step) {
   return step.schema.control == constraints::kHand &&
@@ -50,6 +52,10 @@ void PreferTurnedGrasps(const SceneFacts& facts, const std::vector<BoundStep>& s
                                     Eigen::Vector3d::Zero());
   for (size_t t = 0; t < steps.size() && lack > kWorth; ++t) {
     if (!IsGrasp(steps[t])) continue;
+    const int step = static_cast<int>(t);
+    const Eigen::Matrix3d R_before = key_poses.tree.PoseAt(constraints::kHand, step - 1, poses).R;
+    const Eigen::Matrix3d R_turned = key_poses.tree.PoseAt(constraints::kHand, step, poses).R * half_turn.R;
+    if (math::AngleBetween(R_before, R_turned) > kMostTurn) continue;
     std::vector<IkSolution> before = key_poses.ik_solutions;
     nlp::Point turned;
     turned.poses = poses;

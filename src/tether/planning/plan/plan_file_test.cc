@@ -161,7 +161,7 @@ TEST(PlanFileTest, APathOfOneConfigurationIsNone) {
   ASSERT_NE(begin, std::string::npos);
   wrong.replace(begin, wrong.find("]", end + 1) + 1 - begin, "\"path\": [[0.1, 0.2, 0.3]]");
   EXPECT_NE(ErrorOf(wrong, MakeScene(), MakeActions())
-                .find("'path' of step is not a path (accepted: a list of at least two configurations"),
+                .find("'path' of step is not a path (a list of at least two configurations"),
             std::string::npos)
       << ErrorOf(wrong, MakeScene(), MakeActions());
 }

@@ -1,4 +1,4 @@
-#include "tether/motion/sphere_cover.h"
+#include "tether/motion/kernel/sphere_cover.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tether/motion/kernel_tables.h"
+#include "tether/motion/kernel/kernel_tables.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "tether/common/overloaded.h"
 #include "tether/geometry/distance/bounds.h"
 #include "tether/geometry/hull/polytope.h"
-#include "tether/motion/sphere_cover.h"
+#include "tether/motion/kernel/sphere_cover.h"
 #include "tether/robot/kinematics.h"
 
 namespace tether::motion::internal {

@@ -1,9 +1,9 @@
-#include "tether/motion/sphere_kernel.h"
+#include "tether/motion/kernel/sphere_kernel.h"
 
 #include <bit>
 #include <cmath>
 
-#include "tether/motion/sphere_kernel_body.h"
+#include "tether/motion/kernel/sphere_kernel_body.h"
 
 namespace tether::motion::internal {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "tether/motion/sphere_kernel.h"
+#include "tether/motion/kernel/sphere_kernel.h"
 
 /// The code of both kernels. `V` says what a number is: one float, or eight. Each operation rounds as IEEE
 /// 754 says, so that both give the same bits. Everything is a template of `V`, whose types are local to their

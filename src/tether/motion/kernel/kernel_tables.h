@@ -1,7 +1,7 @@
 #pragma once
 
 #include "tether/motion/collision_scene.h"
-#include "tether/motion/sphere_kernel.h"
+#include "tether/motion/kernel/sphere_kernel.h"
 
 namespace tether::motion::internal {
 

@@ -1,4 +1,4 @@
-#include "tether/motion/sphere_kernel.h"
+#include "tether/motion/kernel/sphere_kernel.h"
 
 // Clang has no such pragma: there the plain kernel serves.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -6,7 +6,7 @@
 // otherwise.
 #pragma GCC push_options
 #pragma GCC target("avx2")
-#include "tether/motion/sphere_kernel_body.h"
+#include "tether/motion/kernel/sphere_kernel_body.h"
 
 namespace tether::motion::internal {
 namespace {
