@@ -42,7 +42,7 @@ TEST_P(VelocityLimitsTest, JointsStayWithinTheirSpeedWhateverTheServoOvershoots)
   for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
   double fastest = 0;
   for (int side = 0; side < 12; ++side) {
-    const std::vector<Solid> solids = {{"ball", geometry::Sphere{0.06}, true}};
+    const std::vector<Solid> solids = {{"ball", geometry::Primitive(geometry::Sphere{0.06}), true}};
     ConstrainedVelocity controller(model, Pose(), solids, {clearance}, {}, {});
     ServoedArm arm(*model);
     robot::Kinematics kinematics(model);

@@ -6,10 +6,25 @@
 
 #include "tether/common/error.h"
 #include "tether/control/torque/constrained_torque_impl.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::control {
 
+using Eigen::Vector3d;
 using math::Pose;
+
+namespace {
+
+// While a force of more than this is felt, nothing is learned of sensors and payload, N.
+constexpr double kLearnBelow = 6;
+
+LoadEstimatorOptions LoadOptions(const TorqueOptions& options) {
+  LoadEstimatorOptions load = options.load;
+  load.period = options.period;
+  return load;
+}
+
+}  // namespace
 
 void TorqueOptions::Validate() const {
   gains.Validate();
@@ -65,6 +80,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
       bodies(model, objects),
       reserve(*model),
       watch(n, options.contact),
+      load(n, X_BW.R * Vector3d(0, 0, -robot::kGravity), LoadOptions(options)),
       M(n, n),
       Minv(n, n),
       J(6, n),
@@ -131,7 +147,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
       !state.bias().allFinite() || !state.J_BH().allFinite()) {
     return false;
   }
-  task_finite = std::isfinite(task.max_force) && std::isfinite(task.payload) &&
+  task_finite = std::isfinite(task.max_force) &&
                 (task.hand == nullptr || IsFinite(*task.hand)) &&
                 (task.posture == nullptr || task.posture->allFinite());
   rows_finite = std::isfinite(input.opening);
@@ -150,7 +166,8 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
     carried.noalias() = J.transpose() * task.hand->F_BH;
     hold += carried;
   } else {
-    carried.setZero();
+    carried.noalias() = J.transpose() * load.Holding(state.X_BH());
+    hold += carried;
   }
   kinematics.Set(state.q());
   motion.Set(kinematics, v);
@@ -168,8 +185,18 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
 
 void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const TorqueTask& task) {
   if (input.external == nullptr) return;
-  unexplained = *input.external + carried;
-  watch.Update(candidates, num_candidates, unexplained, J, task.payload, task.max_force, options.period);
+  // Torques that a contact may be part of tell nothing of sensors and payload.
+  bool touches = watch.contact().active || watch.contact().force > kLearnBelow;
+  for (int i = 0; i < num_candidates && !touches; ++i) {
+    const ContactCandidate& near = candidates[static_cast<size_t>(i)];
+    const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
+    touches = held < 0 || (near.a != held && near.b != held) || bodies.link(near.a) != n ||
+              bodies.link(near.b) != n;
+  }
+  load.Update(input.state, *input.external, touches);
+  unexplained = *input.external - load.sensor_error() + carried;
+  if (!load.settled()) unexplained.setZero();
+  watch.Update(candidates, num_candidates, unexplained, J, load.weight_error(), task.max_force, options.period);
   flags.yielding = watch.contact().active;
 }
 
@@ -240,8 +267,14 @@ void ConstrainedTorque::Allow(std::span<const std::pair<int, int>> pairs) {
   AllowPairs(impl_->bodies, pairs, impl_->pairs);
 }
 
-void ConstrainedTorque::Hold(int object) { impl_->bodies.Hold(object); }
-void ConstrainedTorque::Release() { impl_->bodies.Release(); }
+void ConstrainedTorque::Hold(int object) {
+  impl_->bodies.Hold(object);
+  impl_->load.Carry(true);
+}
+void ConstrainedTorque::Release() {
+  impl_->bodies.Release();
+  impl_->load.Carry(false);
+}
 
 const Eigen::VectorXd& ConstrainedTorque::Compute(const TorqueInput& input, const TorqueTask& task) {
   Impl& s = *impl_;
@@ -278,10 +311,12 @@ void ConstrainedTorque::SetLast(const Eigen::VectorXd& torque) {
 void ConstrainedTorque::Restart() {
   impl_->started = false;
   impl_->watch.Reset();
+  impl_->load.Reset();
 }
 
 const TorqueFlags& ConstrainedTorque::flags() const { return impl_->flags; }
 const Contact& ConstrainedTorque::contact() const { return impl_->watch.contact(); }
+const LoadEstimator& ConstrainedTorque::load() const { return impl_->load; }
 const Eigen::VectorXd& ConstrainedTorque::acceleration() const { return impl_->qddot; }
 double ConstrainedTorque::error_m() const { return impl_->error_m; }
 double ConstrainedTorque::error_rad() const { return impl_->error_rad; }

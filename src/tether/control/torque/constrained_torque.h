@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "tether/control/constrained_velocity.h"
+#include "tether/control/load_estimator.h"
 #include "tether/control/operational_space.h"
 #include "tether/control/torque/contact_watch.h"
 #include "tether/robot/model.h"
@@ -43,6 +44,7 @@ struct TorqueOptions {
   double most_needed = 30;  ///< That a row asks for, m/s² or rad/s².
   double brake_rate = 20;   ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
+  LoadEstimatorOptions load;  ///< The period is the controller's.
   int max_iterations = 60;  ///< Of the QP …
   int max_solves = 60;      ///< … and QPs where rows conflict. Beyond, the arm brakes.
   /// Throws InputError naming every field that is not finite or out of bounds.
@@ -59,11 +61,11 @@ struct TorqueInput {
 
 /// What the arm is to do in a tick: lead the hand, functions of frames, both, or stand still.
 struct TorqueTask {
-  const HandTarget* hand = nullptr;          ///< Tracked with Paper A, eq. (30). Its F_BH is carried.
+  const HandTarget* hand = nullptr;          ///< Tracked with Paper A, eq. (30). Its F_BH is carried; without,
+                                             ///< what load() says.
   const Goal* goal = nullptr;                ///< Functions to bring to zero, at limited speeds.
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
-  double payload = 0;  ///< What is held weighs, N: contact forces are not known better than that.
 };
 
 /// What the last tick had to do besides following its task.
@@ -134,6 +136,8 @@ class ConstrainedTorque {
 
   const TorqueFlags& flags() const;
   const Contact& contact() const;
+  /// What the hand carries, told from the external torques, and by what they are off.
+  const LoadEstimator& load() const;
   /// The accelerations that the last torques are for, n, rad/s².
   const Eigen::VectorXd& acceleration() const;
   /// The goal's functions at the last tick: the largest norm in m and in rad.

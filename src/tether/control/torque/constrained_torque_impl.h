@@ -90,6 +90,7 @@ struct ConstrainedTorque::Impl {
   ArmBodies bodies;
   BrakingReserve reserve;
   ContactWatch watch;
+  LoadEstimator load;
   std::vector<std::string> names;
   std::vector<ClearancePair> pairs;
   std::vector<FieldConstraint> fields;

@@ -3,7 +3,6 @@
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
-#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
@@ -95,11 +94,8 @@ double ReferenceServo::MaxForce() const {
 }
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
-  double payload = 0;
-  if (s_.held != kNone)
-    payload = robot::kGravity * s_.scene.objects[static_cast<size_t>(s_.held)].mass.value_or(0);
   command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
-                                     s_.held, touching_, payload, MaxForce()});
+                                     s_.held, touching_, MaxForce()});
   WatchServo();
 }
 

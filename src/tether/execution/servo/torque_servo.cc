@@ -3,12 +3,15 @@
 #include <algorithm>
 
 #include "tether/common/text.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
 
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
+// A mass that is known to this, kg, or to this share, counts.
+constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
 }  // namespace
 
@@ -79,13 +82,18 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   task.hand = &tick.target;
   task.posture = &tick.posture;
   task.max_force = tick.max_force;
-  task.payload = tick.payload;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects, &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
   const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_);
   controller_.SetLast(torque);
   return torque;
+}
+
+double TorqueServo::HeldMass() const {
+  const control::LoadEstimator& load = controller_.load();
+  const double known_to = std::max(kKnownMass, kKnownShare * load.mass());
+  return load.carries() && load.weight_error() < known_to * robot::kGravity ? load.mass() : 0;
 }
 
 std::string TorqueServo::NameOf(int body) const {

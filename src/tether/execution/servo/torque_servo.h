@@ -43,7 +43,6 @@ struct TorqueServoTick {
   const Eigen::VectorXd& posture;     ///< n, rad
   int held = -1;                      ///< Index of the object in the hand; −1: none.
   const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
-  double payload = 0;                 ///< What is held weighs, N.
   double max_force = 40;              ///< N
 };
 
@@ -56,6 +55,11 @@ class TorqueServo {
 
   const Eigen::VectorXd& Compute(const TorqueServoTick& tick);
 
+  /// The force and moment at the hand's origin that hold what it carries, base frame, N and Nm: told from the
+  /// external torques.
+  math::Vector6d Holding(const math::Pose& X_BH) const { return controller_.load().Holding(X_BH); }
+  /// kg; 0 while it is not known to a tenth, or to 50 g.
+  double HeldMass() const;
   const control::TorqueFlags& flags() const { return controller_.flags(); }
   const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
   const control::ConstrainedTorque& controller() const { return controller_; }
