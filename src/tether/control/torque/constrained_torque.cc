@@ -62,6 +62,7 @@ void TorqueOptions::Validate() const {
   require("contact.touch", contact.touch, true);
   require("contact.released", contact.released, false);
   require("contact.released_for", contact.released_for, true);
+  require("lead", lead, true);
   require("contact.retreat", contact.retreat, true);
   require("contact.yield", contact.yield, true);
   require("max_iterations", max_iterations, false);

@@ -41,7 +41,10 @@ struct TorqueOptions {
   double self_distance = 0.005;  ///< Between parts of the arm, m.
   double range = 0.25;      ///< Pairs further apart than their safe distance and this get no row, m; nor do
                             ///< those that close in too slowly to matter.
-  double most_needed = 30;  ///< That a row asks for, m/s² or rad/s².
+  /// That a row asks for, m/s² or rad/s²: what gets in the arm's way meanwhile is pressed with so much times its
+  /// mass.
+  double most_needed = 12;
+  double lead = 0.06;  ///< Moving objects are kept clear of by what they move in this time as well, s.
   double brake_rate = 20;   ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
   LoadEstimatorOptions load;  ///< The period is the controller's.
