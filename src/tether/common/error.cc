@@ -14,6 +14,20 @@ constexpr size_t kLongestWord = 200;
 /// The most alternatives that are listed.
 constexpr size_t kMostAlternatives = 60;
 
+/// The most characters that are printed of a message, and of what would be accepted.
+constexpr size_t kLongestMessage = 400;
+constexpr size_t kLongestAccepted = 4000;
+
+/// `text`, without its middle if it is too long to be read: a value may be a whole file.
+std::string WithoutMiddle(const std::string& text, size_t longest) {
+  if (text.size() <= longest) return text;
+  const auto is_inside = [&](size_t i) { return (static_cast<unsigned char>(text[i]) & 0xC0) == 0x80; };
+  size_t head = longest / 2, tail = text.size() - longest / 4;
+  while (head > 0 && is_inside(head)) --head;
+  while (tail < text.size() && is_inside(tail)) ++tail;
+  return text.substr(0, head) + " ... (" + std::to_string(tail - head) + " bytes) ... " + text.substr(tail);
+}
+
 std::string JoinDiagnostics(const std::vector<Diagnostic>& diagnostics) {
   std::string text;
   for (const Diagnostic& diagnostic : diagnostics) {
@@ -53,8 +67,9 @@ std::string Location::ToString() const {
 
 std::string Diagnostic::ToString() const {
   const std::string place = where.ToString();
-  std::string text = place.empty() ? message : place + ": " + message;
-  if (!accepted.empty()) text += " (" + accepted + ")";
+  std::string text = place.empty() ? "" : place + ": ";
+  text += WithoutMiddle(message, kLongestMessage);
+  if (!accepted.empty()) text += " (" + WithoutMiddle(accepted, kLongestAccepted) + ")";
   return text;
 }
 

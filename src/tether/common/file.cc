@@ -37,7 +37,8 @@ std::string Reason(int error) { return std::strerror(error); }  // NOLINT: this 
 
 [[noreturn]] void Fail(const std::string& path, const std::string& doing, const std::string& reason,
                        const std::string& accepted) {
-  throw InputError({{Location{path, 0, 0}, "cannot " + doing + " this file: " + reason, accepted}});
+  throw InputError(
+      {{Location{path.empty() ? "''" : path, 0, 0}, "cannot " + doing + " this file: " + reason, accepted}});
 }
 [[noreturn]] void FailToWrite(const std::string& path, const std::string& reason) {
   Fail(path, "write", reason, "a path in a writable folder, on a disk with room");
@@ -255,14 +256,16 @@ std::string ReadFile(const std::string& path) {
   struct stat status {};
   if (file.get() < 0 || fstat(file.get(), &status) != 0) Fail(path, "read", Reason(errno), accepted);
   std::string text;
-  if (S_ISREG(status.st_mode)) text.reserve(std::min(static_cast<size_t>(status.st_size), kMaxFileBytes) + 1);
+  // A regular file has its size, and one byte more tells that it ended; others come in pieces.
+  const size_t expected =
+      S_ISREG(status.st_mode) ? std::min(static_cast<size_t>(status.st_size), kMaxFileBytes) + 1 : 0;
   for (;;) {
     const size_t before = text.size();
     if (before > kMaxFileBytes) {
       Fail(path, "read", "it is larger than " + std::to_string(kMaxFileBytes >> 20) + " MiB",
            "a smaller file");
     }
-    text.resize(std::max(before + kPiece, std::min(text.capacity(), kMaxFileBytes + 1)));
+    text.resize(before < expected ? expected : before + kPiece);
     const ssize_t got = read(file.get(), text.data() + before, text.size() - before);
     const int error = errno;
     text.resize(before + static_cast<size_t>(std::max<ssize_t>(got, 0)));

@@ -9,6 +9,7 @@
 
 #include "testing/evaluation/run_plan.h"
 #include "testing/execution/test_plans.h"
+#include "tether/math/so3.h"
 
 namespace tether::execution {
 namespace {
@@ -77,6 +78,28 @@ TEST(PushSim, EndsWhereTheObjectIsToBe) {
     EXPECT_LE(result.position, kNear) << push.friction << " " << push.mass << "\n" << result.log;
     EXPECT_LE(result.angle, kTurned) << push.friction << " " << push.mass << "\n" << result.log;
     EXPECT_EQ(result.retries, 0) << result.log;
+  }
+}
+
+// A stranger's: a round body was pushed again and again because it had turned about its axis, which means
+// nothing. It may also be wanted turned by any angle.
+TEST(PushSim, TheTurnOfARoundBodyMeansNothing) {
+  for (const double yaw : {0.0, 1.2}) {
+    scene::Scene scene = TableScene();
+    scene.objects.push_back(MakeObject("can", geometry::Primitive(geometry::Cylinder{0.03, 0.06}),
+                                       Pose(Eigen::Vector3d(0.9, 0, 0.03)), 0.1));
+    scene.objects.push_back(MakeObject("hook", BoxHookShape(), Pose(Eigen::Vector3d(0.9, 0.3, 0.01))));
+    const Pose X_TableGoal(math::ExpSO3({0, 0, yaw}), Eigen::Vector3d(0.7, 0, 0.28));
+    const planning::Plan plan =
+        PlanBuilder()
+            .Pick("hook", TopGrasp({-0.195, 0.05, 0.0045}))
+            .Push("hook", "can", "table", Pose(Eigen::Vector3d(0, 0, -0.016)), X_TableGoal)
+            .Build();
+    const RunResult run = RunPlan(scene, plan);
+    EXPECT_EQ(run.status.state, ExecutiveStatus::State::kFinished) << run.Log();
+    EXPECT_EQ(run.retries, 0) << run.Log();
+    const Eigen::Vector3d goal = (scene.InitialPose("table") * X_TableGoal).p;
+    EXPECT_LE((run.truth.X_WO.at("can").p - goal).norm(), 0.006) << run.Log();
   }
 }
 

@@ -325,6 +325,8 @@ void Model::Impl::LoadMjcf(const Value& root, Diagnostics& diagnostics) {
   if (mujoco == nullptr) {
     throw InputError({{{mjcf_path}, message.data(), "MJCF as MuJoCo 2.2 reads it is accepted"}});
   }
+  // Only kinematics and dynamics are computed with it: room for contacts would be 90 % of each mjData.
+  mujoco->nconmax = mujoco->njmax = 1;
 }
 
 std::vector<int> Model::Impl::FindJoints(const Value& root, Diagnostics& diagnostics) {

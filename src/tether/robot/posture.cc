@@ -40,6 +40,10 @@ bool AreWithin(double range, const geometry::Aabb& a, const geometry::Aabb& b) {
   return a.DistanceTo(b) < range;
 }
 
+double SquaredDistance(const Eigen::Vector3d& p, const geometry::Aabb& box) {
+  return (p - p.cwiseMax(box.lower).cwiseMin(box.upper)).squaredNorm();
+}
+
 }  // namespace
 
 PostureObstacle::PostureObstacle(const geometry::Part& part, const math::Pose& X_BO, bool stands_still)
@@ -56,6 +60,52 @@ void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eig
 PostureSolver::PostureSolver(std::shared_ptr<const Model> model)
     : model_(std::move(model)), kinematics_(model_), hand_(model_->HandShape(model_->gripper().max_opening)) {
   near_.reserve(64);
+  const ArmSolids& solids = model_->solids();
+  for (int k = 0; k <= solids.hand(); ++k) {
+    Solid solid;
+    geometry::Aabb all;
+    const geometry::Shape& shape = k == solids.hand() ? hand_ : solids.links[static_cast<size_t>(k)].shape;
+    for (const geometry::Part& part : shape.parts) {
+      const geometry::Aabb box = geometry::BoundingBox(part.primitive, part.X_SP);
+      all.Include(box);
+      Part& added = solid.parts.emplace_back();
+      added.source = &part;
+      added.radius = 0.5 * (box.upper - box.lower).norm();
+      added.p_SC = 0.5 * (box.lower + box.upper);
+    }
+    if (!shape.parts.empty()) {
+      solid.p_SC = 0.5 * (all.lower + all.upper);
+      solid.radius = 0.5 * (all.upper - all.lower).norm();
+    }
+    solids_.push_back(std::move(solid));
+  }
+}
+
+void PostureSolver::PlaceSolids() {
+  for (size_t k = 0; k < solids_.size(); ++k) {
+    solids_[k].p_BC = kinematics_.X_BSolid(static_cast<int>(k)) * solids_[k].p_SC;
+    solids_[k].is_placed = false;
+  }
+}
+
+std::vector<PostureSolver::Part>& PostureSolver::PartsOf(int k) {
+  Solid& solid = solids_[static_cast<size_t>(k)];
+  if (!solid.is_placed) {
+    const math::Pose& X_BS = kinematics_.X_BSolid(k);
+    for (Part& part : solid.parts) {
+      part.X_BP = X_BS * part.source->X_SP;
+      part.p_BC = X_BS * part.p_SC;
+      part.has_box = false;
+    }
+    solid.is_placed = true;
+  }
+  return solid.parts;
+}
+
+const geometry::Aabb& PostureSolver::BoxOf(Part& part) {
+  if (!part.has_box) part.box = geometry::BoundingBox(part.source->primitive, part.X_BP);
+  part.has_box = true;
+  return part.box;
 }
 
 void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients) {
@@ -66,23 +116,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
   posture.distance = problem.clearance;
   posture.solid = posture.obstacle = posture.other_solid = -1;
   near_.clear();
-  X_BP_.clear();
-  boxes_.clear();
-  const auto shape = [&](int solid) -> const geometry::Shape& {
-    return solid == solids.hand() ? hand_ : solids.links[static_cast<size_t>(solid)].shape;
-  };
-  std::vector<size_t>& first = first_part_;
-  first.clear();
-  for (int solid = 0; solid <= solids.hand(); ++solid) {
-    first.push_back(boxes_.size());
-    for (const geometry::Part& part : shape(solid).parts) {
-      X_BP_.push_back(kinematics_.X_BSolid(solid) * part.X_SP);
-      boxes_.push_back(geometry::BoundingBox(part.primitive, X_BP_.back()));
-    }
-  }
-  first.push_back(boxes_.size());
-  geometry::Aabb all;
-  for (const geometry::Aabb& box : boxes_) all.Include(box);
+  PlaceSolids();
   const auto note = [&](const geometry::Distance& d, int solid, int obstacle, int other) {
     if (d.distance < posture.distance) {
       posture.distance = d.distance;
@@ -105,30 +139,35 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
   };
   for (size_t k = 0; k < problem.obstacles.size(); ++k) {
     const PostureObstacle& obstacle = problem.obstacles[k];
-    if (!AreWithin(range, all, obstacle.box)) continue;
+    const auto is_near = [&](const Eigen::Vector3d& p_BC, double radius) {
+      const double reach = radius + range;
+      return SquaredDistance(p_BC, obstacle.box) < reach * reach;
+    };
     for (int solid = 0; solid < solids.hand(); ++solid) {
       if (obstacle.still && solids.links[static_cast<size_t>(solid)].link == 0) continue;
+      const Solid& bound = solids_[static_cast<size_t>(solid)];
+      if (!is_near(bound.p_BC, bound.radius)) continue;
       if (std::find(obstacle.ignored.begin(), obstacle.ignored.end(), solid) != obstacle.ignored.end())
         continue;
-      const auto& parts = shape(solid).parts;
-      for (size_t i = 0; i < parts.size(); ++i) {
-        const size_t index = first[static_cast<size_t>(solid)] + i;
-        if (!AreWithin(range, boxes_[index], obstacle.box)) continue;
+      for (Part& part : PartsOf(solid)) {
+        if (!is_near(part.p_BC, part.radius) || !AreWithin(range, BoxOf(part), obstacle.box)) continue;
         const geometry::Distance d =
-            geometry::SignedDistance(parts[i].primitive, X_BP_[index], *obstacle.primitive, obstacle.X_BP);
+            geometry::SignedDistance(part.source->primitive, part.X_BP, *obstacle.primitive, obstacle.X_BP);
         if (d.distance < range) note(d, solid, static_cast<int>(k), -1);
       }
     }
   }
+  const auto are_near = [range](const auto& a, const auto& b) {
+    const double reach = a.radius + b.radius + range;
+    return (a.p_BC - b.p_BC).squaredNorm() < reach * reach;
+  };
   for (const auto& [a, b] : solids.pairs) {
-    const auto &parts_a = shape(a).parts, &parts_b = shape(b).parts;
-    for (size_t i = 0; i < parts_a.size(); ++i) {
-      const size_t index_a = first[static_cast<size_t>(a)] + i;
-      for (size_t j = 0; j < parts_b.size(); ++j) {
-        const size_t index_b = first[static_cast<size_t>(b)] + j;
-        if (!AreWithin(range, boxes_[index_a], boxes_[index_b])) continue;
-        const geometry::Distance d = geometry::SignedDistance(parts_a[i].primitive, X_BP_[index_a],
-                                                              parts_b[j].primitive, X_BP_[index_b]);
+    if (!are_near(solids_[static_cast<size_t>(a)], solids_[static_cast<size_t>(b)])) continue;
+    for (Part& part_a : PartsOf(a)) {
+      for (Part& part_b : PartsOf(b)) {
+        if (!are_near(part_a, part_b) || !AreWithin(range, BoxOf(part_a), BoxOf(part_b))) continue;
+        const geometry::Distance d = geometry::SignedDistance(part_a.source->primitive, part_a.X_BP,
+                                                              part_b.source->primitive, part_b.X_BP);
         if (d.distance < range) note(d, a, -1, b);
       }
     }
@@ -151,14 +190,18 @@ void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& er
   // Joints that would leave their limits are held there, and the others compensate.
   std::array<bool, kMostJoints> held{};
   for (int round = 0; round < 4; ++round) {
-    const Eigen::LLT<Matrix> factor(H);
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostJoints, 6> Y = J_.transpose();
     for (int i = 0; i < n; ++i) {
       if (held[static_cast<size_t>(i)]) Y.row(i).setZero();
     }
     const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints> J = Y.transpose();
-    factor.solveInPlace(Y);
-    step = factor.solve(pull);
+    if (near_.empty()) {
+      step = pull;  // H is the identity.
+    } else {
+      const Eigen::LLT<Matrix> factor(H);
+      factor.solveInPlace(Y);
+      step = factor.solve(pull);
+    }
     math::Matrix6d A = J * Y;
     A.diagonal().array() += damping;
     const Eigen::LDLT<math::Matrix6d> solver(A);

@@ -56,6 +56,8 @@ void NarrowLimits(const Model& model, double margin, Eigen::VectorXd& lower, Eig
 class PostureSolver {
  public:
   explicit PostureSolver(std::shared_ptr<const Model> model);
+  PostureSolver(const PostureSolver&) = delete;
+  PostureSolver& operator=(const PostureSolver&) = delete;
 
   /// Solves from `posture.q`, and sets all fields of `posture`. True if the hand is at its pose and the links
   /// are clear by `problem.clearance`; else the posture is the best one found.
@@ -74,6 +76,30 @@ class PostureSolver {
     Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostJoints> gradient;
   };
 
+  // Spheres about solids, then about their parts, decide for most pairs that they are far apart; poses and
+  // boxes are worked out for the others only. All in the base frame B; S is the solid's.
+  struct Part {
+    const geometry::Part* source = nullptr;
+    double radius = 0;     // m
+    Eigen::Vector3d p_SC;  // the sphere's centre
+    Eigen::Vector3d p_BC;
+    math::Pose X_BP;
+    bool has_box = false;
+    geometry::Aabb box;
+  };
+  struct Solid {
+    double radius = 0;  // m
+    Eigen::Vector3d p_SC = Eigen::Vector3d::Zero(), p_BC = p_SC;
+    bool is_placed = false;
+    std::vector<Part> parts;
+  };
+
+  /// Sets the solids' spheres at the present configuration.
+  void PlaceSolids();
+  /// The parts of a solid of ArmSolids, with poses and spheres at the present configuration.
+  std::vector<Part>& PartsOf(int solid);
+  /// The part's box, worked out once a configuration.
+  static const geometry::Aabb& BoxOf(Part& part);
   /// Finds the pairs nearer than the clearance at the present configuration.
   void FindNearPairs(const PostureProblem& problem, Posture& posture, bool gradients);
   void Step(const PostureProblem& problem, const math::Vector6d& error, const Vector& q, Vector& step);
@@ -81,9 +107,7 @@ class PostureSolver {
   std::shared_ptr<const Model> model_;
   Kinematics kinematics_;
   geometry::Shape hand_;
-  std::vector<math::Pose> X_BP_;       // of all parts of all solids
-  std::vector<geometry::Aabb> boxes_;  // about them
-  std::vector<size_t> first_part_;     // of each solid in these
+  std::vector<Solid> solids_;
   std::vector<NearPair> near_;
   Eigen::MatrixXd J_;
   Eigen::RowVectorXd row_;

@@ -62,6 +62,7 @@ class ScenarioParser {
     where_ = std::move(reading.where);
     if (const Value* actions = reader.Optional("actions")) {
       has_actions_ = true;
+      libraries_read_ = actions->is_array();
       ReadLibraries(reader.TextList("actions"), *actions);
     }
     const Value* task = reader.Optional("task");

@@ -364,6 +364,18 @@ TEST_F(ScenarioTest, AMissingLibraryIsOneMistake) {
   const std::string errors = ErrorOf(text);
   EXPECT_THAT(errors, HasSubstr("unknown action library 'manipulaton' (did you mean 'manipulation'?"));
   EXPECT_THAT(errors, ::testing::Not(HasSubstr("has no geometry")));
+
+  text = kSmall;
+  text.replace(text.find("[manipulation]"), 14, "manipulation");
+  EXPECT_THAT(ErrorOf(text), ::testing::AllOf(HasSubstr("'manipulation' (a list of names is accepted)"),
+                                              ::testing::Not(HasSubstr("has no geometry"))));
+}
+
+TEST_F(ScenarioTest, AFileThatAKeyNamesIsNamed) {
+  std::string text = kSmall;
+  text.replace(text.find("model: panda"), 12, "model: robots/gone.yaml");
+  EXPECT_THAT(ErrorOf(text),
+              ::testing::AllOf(HasSubstr("s.yaml:"), HasSubstr("robots/gone.yaml: cannot read")));
 }
 
 TEST_F(ScenarioTest, AFileThatIsNoScenarioIsOneMistake) {

@@ -198,7 +198,10 @@ class SceneParser {
     } catch (const InputError& error) {
       for (const Diagnostic& diagnostic : error.diagnostics()) {
         const bool placed = diagnostic.where.line > 0;
-        diagnostics_.Add(placed ? diagnostic.where : where, diagnostic.message, diagnostic.accepted);
+        const std::string& file = diagnostic.where.file;
+        diagnostics_.Add(placed ? diagnostic.where : where,
+                         placed || file.empty() ? diagnostic.message : file + ": " + diagnostic.message,
+                         diagnostic.accepted);
       }
       return nullptr;
     }

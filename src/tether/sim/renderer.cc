@@ -2,77 +2,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
 #include <mujoco/mujoco.h>
-#include <png.h>
 
 #include "tether/common/error.h"
 #include "tether/common/file.h"
+#include "tether/common/plugin.h"
 #include "tether/robot/mujoco_setup.h"
+#include "tether/sim/drawing.h"
 #include "tether/sim/world_impl.h"
 
 namespace tether::sim {
 namespace {
 
+constexpr const char* kRemedy =
+    "EGL with Mesa's surfaceless platform is needed (Debian: libegl1, libgl1-mesa-dri)";
+
 [[noreturn]] void ThrowNoContext(const std::string& missing) {
-  throw InputError("no picture can be drawn: " + missing,
-                   "EGL with Mesa's surfaceless platform is needed (Debian: libegl1, libgl1-mesa-dri)");
+  throw InputError("no picture can be drawn: " + missing, kRemedy);
 }
 
-// An OpenGL context without display or window.
+/// An OpenGL context without display or window.
 class OffscreenContext {
  public:
   OffscreenContext() {
-    const auto get_display =
-        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
-    if (get_display == nullptr) ThrowNoContext("EGL has no eglGetPlatformDisplayEXT");
-    display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, nullptr, nullptr)) {
-      ThrowNoContext("EGL's surfaceless platform isn't there");
-    }
-    const EGLint wanted[] = {EGL_SURFACE_TYPE,
-                             EGL_PBUFFER_BIT,
-                             EGL_RENDERABLE_TYPE,
-                             EGL_OPENGL_BIT,
-                             EGL_RED_SIZE,
-                             8,
-                             EGL_GREEN_SIZE,
-                             8,
-                             EGL_BLUE_SIZE,
-                             8,
-                             EGL_DEPTH_SIZE,
-                             24,
-                             EGL_NONE};
-    EGLConfig config;
-    EGLint count = 0;
-    if (!eglChooseConfig(display_, wanted, &config, 1, &count) || count == 0) {
-      ThrowNoContext("EGL has no configuration for OpenGL");
-    }
-    if (!eglBindAPI(EGL_OPENGL_API)) ThrowNoContext("EGL has no OpenGL");
-    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, nullptr);
-    if (context_ == EGL_NO_CONTEXT) ThrowNoContext("EGL makes no OpenGL context");
-    MakeCurrent();
+    auto* const make =
+        reinterpret_cast<MakeDrawingFunction*>(LoadPlugin("drawing", "TetherMakeDrawing", kRemedy));
+    drawing_.reset(make());
+    if (const std::string missing = drawing_->MakeContext(); !missing.empty()) ThrowNoContext(missing);
   }
-  ~OffscreenContext() {
-    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    eglDestroyContext(display_, context_);
-  }
-  OffscreenContext(const OffscreenContext&) = delete;
-  OffscreenContext& operator=(const OffscreenContext&) = delete;
 
   void MakeCurrent() const {
-    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
-      ThrowNoContext("EGL can't use its context without a surface");
-    }
+    if (const std::string missing = drawing_->MakeCurrent(); !missing.empty()) ThrowNoContext(missing);
   }
+  const Drawing& drawing() const { return *drawing_; }
 
  private:
-  EGLDisplay display_ = EGL_NO_DISPLAY;
-  EGLContext context_ = EGL_NO_CONTEXT;
+  std::unique_ptr<Drawing> drawing_;
 };
 
 // A view from the front and the side that is filled by the arms and by everything that isn't as large as a
@@ -188,18 +157,10 @@ void Renderer::WritePng(const World& world, const std::string& path) {
   std::vector<unsigned char> pixels(3 * static_cast<size_t>(r.width) * r.height);
   mjr_readPixels(pixels.data(), nullptr, view, &r.graphics);
 
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(r.width);
-  image.height = static_cast<png_uint_32>(r.height);
-  image.format = PNG_FORMAT_RGB;
-  // OpenGL's rows go upwards, which a negative stride says.
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::string picture(size, '\0');
-  if (!png_image_write_to_memory(&image, picture.data(), &size, 0, pixels.data(), -3 * r.width, nullptr)) {
-    throw InputError("the picture for '" + path + "' can't be made: " + image.message);
-  }
-  WriteFile(path, std::string_view(picture).substr(0, size));
+  std::string picture;
+  const std::string problem = r.context.drawing().EncodePng(pixels.data(), r.width, r.height, picture);
+  if (!problem.empty()) throw InputError("the picture for '" + path + "' can't be made: " + problem);
+  WriteFile(path, picture);
 }
 
 }  // namespace tether::sim

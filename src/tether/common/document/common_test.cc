@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/common/document/reader.h"
+#include "tether/common/document/utf8.h"
 #include "tether/common/random.h"
 
 namespace tether {
@@ -67,6 +68,25 @@ TEST(ReaderTest, ReportsEveryMistakeWithTheNearestKey) {
                 HasSubstr("o.yaml:1:1: unknown key 'mas' in object 'box' (did you mean 'mass'?"));
     EXPECT_THAT(error.what(), HasSubstr("o.yaml:2:11: 'friction' of object 'box' is '.nan'"));
     EXPECT_THAT(error.what(), HasSubstr("o.yaml:3:7: 'size' of object 'box' is a list of 2"));
+  }
+}
+
+TEST(DiagnosticTest, LongValuesArePrintedWithoutTheirMiddle) {
+  const std::string text =
+      InputError("'" + std::string(1'000'000, 'x') + "' is no number", "a number").what();
+  EXPECT_LT(text.size(), 500u);
+  EXPECT_THAT(text, ::testing::AllOf(::testing::StartsWith("'xxx"), HasSubstr(" bytes) ... "),
+                                     ::testing::EndsWith("' is no number (a number)")));
+  // Characters stay whole wherever they lie.
+  for (int shift = 0; shift < 3; ++shift) {
+    std::string euros(static_cast<size_t>(shift), '.');
+    for (int i = 0; i < 1000; ++i) euros += "\u20ac";
+    const std::string shown = InputError(euros).what();
+    for (size_t i = 0; i < shown.size();) {
+      const size_t length = Utf8Length(std::string_view(shown).substr(i));
+      ASSERT_GT(length, 0u) << "at " << i;
+      i += length;
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/geometry/least_turn.h"
 #include "tether/robot/gravity.h"
 
 namespace tether::execution {
@@ -98,7 +99,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
   const Vector3d u = length > 1e-6 ? Vector3d(line / length) : Vector3d(X_TC.R * now_.normal_C);
   StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
   record.position_error = (X_TC.p - X_TC_goal.p).norm();
-  record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
+  record.rotation_error = TurnLeft(X_TC).norm();
 
   // What the object lacks: to a point of the line ahead of it, and in angle.
   const double ahead = std::min(length, (X_TC.p - now_.X_TC_start.p).dot(u) + kLookAhead);
@@ -119,7 +120,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
     now_.drift_T *= most / now_.drift_T.norm();
   beside += std::min(1.0, forward / kLookAhead) * now_.drift_T;
   if (const double most = now_.slope * forward; beside.norm() > most) beside *= most / beside.norm();
-  Vector3d turn = math::LogSO3(X_TC_goal.R * X_TC.R.transpose());
+  Vector3d turn = TurnLeft(X_TC);
   if (const double most = kTurnPerDistance * forward; turn.norm() > most) turn *= most / turn.norm();
 
   const double share = kPushRate / kReferenceRate;
@@ -143,6 +144,11 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
   return Progress::Retry(EventKind::kStalled,
                          "the push stalled " + Length(left) + " from its pose" + WhatHoldsUp(),
                          s_.current().action_start, false);
+}
+
+Vector3d ReferenceServo::TurnLeft(const math::Pose& X_TC) const {
+  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(s_.current().control)].shape;
+  return geometry::LeastTurn(shape, X_TC.R, s_.plan_step().X_TC.R);
 }
 
 bool ReferenceServo::PushSlips() const {
@@ -177,7 +183,7 @@ Progress ReferenceServo::FinishPush() {
   const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
   StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
   record.position_error = error.norm();
-  record.rotation_error = math::AngleBetween(X_TC.R, X_TC_goal.R);
+  record.rotation_error = TurnLeft(X_TC).norm();
   if (error.norm() <= options_.push_tolerance && record.rotation_error <= options_.push_angle)
     return Progress::Done();
   char degrees[32];

@@ -139,6 +139,9 @@ class ReferenceServo final : public Servo {
   void EnterPush();
   Progress RunPush(const planning::ReachVerb& verb);
   bool PushSlips() const;
+  /// The turn that a pushed object still lacks when it is at X_TC, as a rotation vector; none about the axis
+  /// of a round one.
+  Eigen::Vector3d TurnLeft(const math::Pose& X_TC) const;
   Progress FinishPush();
 
   // contact_frame.cc

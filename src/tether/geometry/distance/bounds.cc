@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tether/geometry/distance/core.h"
+#include "tether/common/overloaded.h"
 #include "tether/geometry/hull/polytope.h"
 
 namespace tether::geometry {
@@ -28,15 +28,26 @@ double BoundingRadius(const Shape& shape) {
 Aabb BoundingBox(const Primitive& primitive, const math::Pose& X_WP) {
   if (const auto* hull = std::get_if<Hull>(&primitive)) {
     Aabb box;
-    for (const Eigen::Vector3d& p : hull->polytope->vertices) box.Include({X_WP * p, X_WP * p});
+    for (const Eigen::Vector3d& p : hull->polytope->vertices) {
+      const Eigen::Vector3d p_W = X_WP * p;
+      box.Include({p_W, p_W});
+    }
     return box;
   }
-  Eigen::Vector3d reach;
-  const internal::Core core = internal::MakeCore(primitive);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d d = X_WP.R.row(axis).transpose();
-    reach[axis] = core.Support(d) + (core.rounding > 0 ? core.rounding * d.norm() : 0.0);
-  }
+  const Eigen::Vector3d reach = std::visit(
+      Overloaded{
+          [&](const Box& box) -> Eigen::Vector3d { return X_WP.R.cwiseAbs() * (0.5 * box.size); },
+          [](const Sphere& sphere) -> Eigen::Vector3d { return Eigen::Vector3d::Constant(sphere.radius); },
+          [&](const Capsule& capsule) -> Eigen::Vector3d {
+            return (0.5 * capsule.length * X_WP.R.col(2).cwiseAbs()).array() + capsule.radius;
+          },
+          [&](const Cylinder& cylinder) -> Eigen::Vector3d {
+            // A disc with normal n reaches r sqrt(1 − nᵢ²) along axis i.
+            const Eigen::Array3d n = X_WP.R.col(2).array();
+            return 0.5 * cylinder.length * n.abs() + cylinder.radius * (1 - n.square()).max(0).sqrt();
+          },
+          [](const Hull&) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); }},
+      primitive);
   return {X_WP.p - reach, X_WP.p + reach};
 }
 
