@@ -317,6 +317,7 @@ void ConstrainedTorque::Restart() {
 
 const TorqueFlags& ConstrainedTorque::flags() const { return impl_->flags; }
 const Contact& ConstrainedTorque::contact() const { return impl_->watch.contact(); }
+const Eigen::VectorXd& ConstrainedTorque::felt() const { return impl_->watch.felt(); }
 const LoadEstimator& ConstrainedTorque::load() const { return impl_->load; }
 const Eigen::VectorXd& ConstrainedTorque::acceleration() const { return impl_->qddot; }
 double ConstrainedTorque::error_m() const { return impl_->error_m; }

@@ -96,7 +96,8 @@ struct TorqueFlags {
 ///   min ‖J q̈ + J̇ q̇ − ẍ_goal‖² + ρ ‖q̈ − q̈_posture‖²_M   subject to
 ///     |τ| ≤ τ_max,  |τ − τ_last| ≤ τ̇_max T,  τ = M q̈ + h,
 ///     q̈ such that each joint can still brake before its limits, with the torque and the torque rate that are
-///     there (joint_braking.h), and stays below its greatest velocity, acceleration and jerk,
+///     there (joint_braking.h), and stays below its greatest velocity, acceleration and jerk, whatever pushes
+///     the arm meanwhile (as felt in τ_ext),
 ///     d̈ ≥ −(k + κ) ḋ − k κ (d − d_safe)  for each constraint (a barrier of second order), and such that its
 ///     approach can still be braked before d_safe, with the torque and the torque rate that are there,
 ///
@@ -139,6 +140,8 @@ class ConstrainedTorque {
 
   const TorqueFlags& flags() const;
   const Contact& contact() const;
+  /// n, Nm: external torques that are neither payload nor errors of sensors, filtered.
+  const Eigen::VectorXd& felt() const;
   /// What the hand carries, told from the external torques, and by what they are off.
   const LoadEstimator& load() const;
   /// The accelerations that the last torques are for, n, rad/s².

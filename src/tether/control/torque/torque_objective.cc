@@ -22,7 +22,8 @@ constexpr double kSingular = 0.06;
 constexpr double kSingularPush = 6;
 // Backing off counts this much more than braking the joints, per kg.
 constexpr double kBrakeWeight = 0.02;
-constexpr double kRetreatRate = 40;  // 1/s
+constexpr double kRetreatRate = 40;      // 1/s
+constexpr double kFastestRetreat = 0.2;  // m/s
 
 }  // namespace
 
@@ -133,7 +134,8 @@ void ConstrainedTorque::Impl::AddBrake(double weight, double rate) {
 
 void ConstrainedTorque::Impl::AddRetreat() {
   const Contact& contact = watch.contact();
-  const double speed = options.contact.retreat + options.contact.yield * contact.force;
+  const double speed =
+      std::min(kFastestRetreat, options.contact.retreat + options.contact.yield * contact.force);
   goal_row = watch.slope();
   double rate = goal_row.dot(v), bias = 0;
   if (watch.candidate() >= 0) {

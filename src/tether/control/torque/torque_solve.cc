@@ -39,13 +39,19 @@ void ConstrainedTorque::Impl::SetTorqueBox() {
 void ConstrainedTorque::Impl::SetJointBounds() {
   const double dt = options.period;
   reserve.Set(M, hold, options.torque_share, options.rate_share);
+  // What pushes the arm towards a limit adds to its accelerations: the bounds are on their sum.
+  work.noalias() = Minv * watch.felt();
   for (int i = 0; i < n; ++i) {
     const double q = kinematics.q()[i];
     const double hardest = model->max_acceleration()[i];
     const Braking braking = reserve.of(i);
     const double fastest = options.velocity_share * model->max_velocity()[i];
-    velocity_upper[i] = std::min(hardest, MostAccelerationToKeepSpeed(fastest - v[i], hardest, dt, braking));
-    velocity_lower[i] = -std::min(hardest, MostAccelerationToKeepSpeed(fastest + v[i], hardest, dt, braking));
+    const double up = std::max(0.0, work[i]), down = std::max(0.0, -work[i]);
+    velocity_upper[i] =
+        std::min(hardest, MostAccelerationToKeepSpeed(fastest - v[i], hardest, dt, braking) - up);
+    velocity_lower[i] =
+        -std::min(hardest, MostAccelerationToKeepSpeed(fastest + v[i], hardest, dt, braking) - down);
+    velocity_upper[i] = std::max(velocity_upper[i], velocity_lower[i]);
     // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
     const double range = model->upper()[i] - model->lower()[i];
     const double margin = std::min(options.joint_margin + options.limit_gap, 0.45 * range);
@@ -54,6 +60,8 @@ void ConstrainedTorque::Impl::SetJointBounds() {
         MostAccelerationToStop(above, v[i], hardest, hardest, options.return_speed, dt, braking);
     position_lower[i] =
         -MostAccelerationToStop(below, -v[i], hardest, hardest, options.return_speed, dt, braking);
+    if (position_upper[i] < hardest) position_upper[i] -= up;
+    if (position_lower[i] > -hardest) position_lower[i] += down;
     flags.outside = flags.outside || model->upper()[i] < q || q < model->lower()[i];
     lower[i] = std::max(velocity_lower[i], position_lower[i]);
     upper[i] = std::min(velocity_upper[i], position_upper[i]);

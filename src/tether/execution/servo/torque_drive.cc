@@ -46,7 +46,7 @@ const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const co
   const Eigen::VectorXd& wanted = controller_.Compute(
       {state_, situation.opening, situation.objects, &situation.tau_external}, task);
   carried_.noalias() = state_.J_BH().transpose() * controller_.load().Holding(state_.X_BH());
-  const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_);
+  const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);
   return torque;
 }

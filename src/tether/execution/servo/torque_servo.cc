@@ -85,7 +85,7 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects, &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
-  const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_);
+  const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);
   return torque;
 }
