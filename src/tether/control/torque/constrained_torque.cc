@@ -15,8 +15,9 @@ using math::Pose;
 
 namespace {
 
-// While a force of more than this is felt, nothing is learned of sensors and payload, N.
-constexpr double kLearnBelow = 6;
+// While a force, or a torque of a joint, of more than this is felt, nothing is learned of sensors and payload, N
+// and Nm.
+constexpr double kLearnBelow = 6, kLearnTorque = 1.2;
 
 LoadEstimatorOptions LoadOptions(const TorqueOptions& options) {
   LoadEstimatorOptions load = options.load;
@@ -108,6 +109,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
                                   &upper,
                                   &work,
                                   &unexplained,
+                                  &thrown,
                                   &wanted,
                                   &goal_row,
                                   &qddot,
@@ -187,7 +189,8 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
 void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const TorqueTask& task) {
   if (input.external == nullptr) return;
   // Torques that a contact may be part of tell nothing of sensors and payload.
-  bool touches = watch.contact().active || watch.contact().force > kLearnBelow;
+  bool touches = watch.contact().active || watch.contact().force > kLearnBelow ||
+                 watch.felt().cwiseAbs().maxCoeff() > kLearnTorque;
   for (int i = 0; i < num_candidates && !touches; ++i) {
     const ContactCandidate& near = candidates[static_cast<size_t>(i)];
     const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());

@@ -125,6 +125,7 @@ struct ConstrainedTorque::Impl {
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.
   Eigen::VectorXd work, unexplained;
+  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s².
 
   FunctionRows function_rows;
   Eigen::VectorXd wanted, goal_row;

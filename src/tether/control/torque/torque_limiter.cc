@@ -9,6 +9,8 @@ namespace {
 
 // Bounds that no torques reach are set this far within what they reach, as a share.
 constexpr double kWithin = 0.999;
+// Too high a speed is taken back with up to so many times the acceleration that a joint is to have.
+constexpr double kHarder = 4;
 // What is beyond a bound by less is on it, rad/s².
 constexpr double kRounding = 1e-6;
 
@@ -83,14 +85,20 @@ void TorqueLimiter::LimitMotion(const robot::State& state, const Eigen::VectorXd
     const auto most = [&](double room, double speed, double pushed) {
       pushed = std::max(0.0, pushed);
       const double to_keep = std::min(
-          hardest, MostAccelerationToKeepSpeed(fastest - speed, hardest, options_.period, braking) - pushed);
+          hardest,
+          MostAccelerationToKeepSpeed(fastest - speed, kHarder * hardest, options_.period, braking) - pushed);
       const double to_stop = MostAccelerationToStop(room - options_.limit_gap, speed, hardest, hardest,
                                                     options_.return_speed, options_.period, braking);
       return std::min(to_keep, to_stop < hardest ? to_stop - pushed : to_stop);
     };
     a_upper_[i] = most(model_->upper()[i] - q, v, pushed_[i]);
     a_lower_[i] = -most(q - model_->lower()[i], -v, -pushed_[i]);
-    if (a_lower_[i] > a_upper_[i]) a_lower_[i] = a_upper_[i] = 0.5 * (a_lower_[i] + a_upper_[i]);
+    // What a limit needs may be harder than a motion is wanted to be.
+    if (a_lower_[i] > a_upper_[i]) {
+      const double middle = 0.5 * (a_lower_[i] + a_upper_[i]);
+      const bool up = a_lower_[i] >= hardest, down = a_upper_[i] <= -hardest;
+      a_lower_[i] = a_upper_[i] = up == down ? middle : up ? a_lower_[i] : a_upper_[i];
+    }
     within = within && a_[i] <= a_upper_[i] + kRounding && a_[i] >= a_lower_[i] - kRounding;
   }
   if (within) return;
