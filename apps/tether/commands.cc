@@ -153,7 +153,8 @@ void WarnOfViolations(const planning::Plan& plan, const planning::Problem& probl
 std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::PlanReport& report) {
   const planning::CandidateReport* best = report.best();
   if (best == nullptr || scenario.execution.controller == "constrained_velocity") return "";
-  if (scenario.execution.controller == "constrained_torque" && execution::NeedsObjectives(best->plan)) return "";
+  if (scenario.execution.controller == "constrained_torque" && execution::NeedsObjectives(best->plan))
+    return "";
   try {
     execution::Resolve(scenario.scene, best->plan);
   } catch (const InputError& error) {

@@ -16,7 +16,8 @@ using nlp::Unit;
 constexpr double kPostureShare = 8;
 // Directions of joint space that change the goal's functions by less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
-// Of the joints' greatest velocities, for what the servo overshoots; of their greatest accelerations, to stop with.
+// Of the joints' greatest velocities, for what the servo overshoots; of their greatest accelerations, to stop
+// with.
 constexpr double kWithinLimit = 0.96, kStop = 0.7;
 // No row is worth a change of more than this many times a joint's greatest acceleration.
 constexpr double kBurst = 20;
@@ -150,7 +151,8 @@ void ConstrainedVelocity::Impl::AddRedundancy() {
   g.noalias() -= 2 * options.damping * kFree * free_velocity;
 }
 
-// No change is asked for that the servo overshoots the limit with, or that is far beyond what the joint can do.
+// No change is asked for that the servo overshoots the limit with, or that is far beyond what the joint can
+// do.
 void ConstrainedVelocity::Impl::LimitChange(int joint, const double* v) {
   const double limit = kWithinLimit * model->max_velocity()[joint], over = 1 + options.servo_overshoot;
   const double o = options.servo_overshoot, now = qdot[joint];

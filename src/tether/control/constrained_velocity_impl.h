@@ -89,7 +89,8 @@ struct ConstrainedVelocity::Impl {
   Eigen::VectorXd g, lower, upper;
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
   Eigen::VectorXd qdot, last_qdot;
-  Eigen::VectorXd rise, fall;  ///< What velocities have risen, and fallen, lately: the servo overshoots by a share of it.
+  Eigen::VectorXd rise,
+      fall;  ///< What velocities have risen, and fallen, lately: the servo overshoots by a share of it.
   Eigen::MatrixXd free_matrix;
   Eigen::VectorXd free_velocity;
   Eigen::LLT<Eigen::MatrixXd> free_factor;

@@ -42,8 +42,9 @@ void LoadEstimator::Carry(bool carries) {
   carries_ = carries;
   payload_.setZero();
   const double moment = options_.mass * options_.lever;
-  payload_P_ = Eigen::Vector4d(options_.mass * options_.mass, moment * moment, moment * moment, moment * moment)
-                   .asDiagonal();
+  payload_P_ =
+      Eigen::Vector4d(options_.mass * options_.mass, moment * moment, moment * moment, moment * moment)
+          .asDiagonal();
 }
 
 void LoadEstimator::LearnSensors(const Eigen::VectorXd& held, const Eigen::VectorXd& external) {

@@ -38,13 +38,16 @@ Swing Push(const VectorXd& q, const VectorXd& push) {
     const VectorXd torque = limiter.Limit(state, wanted, nullptr, &controller.felt());
     controller.SetLast(torque);
     if (last.size() == 7)
-      swing.rate = std::max(swing.rate, ((torque - last).cwiseAbs().array() / 0.001 /
-                                         model->max_torque_rate().array()).maxCoeff());
+      swing.rate = std::max(
+          swing.rate,
+          ((torque - last).cwiseAbs().array() / 0.001 / model->max_torque_rate().array()).maxCoeff());
     last = torque;
     v += 0.001 * state.M().llt().solve(torque + external - state.bias());
     now += 0.001 * v;
-    swing.fastest = std::max(swing.fastest, (v.cwiseAbs().array() / model->max_velocity().array()).maxCoeff());
-    swing.beyond = std::max({swing.beyond, (now - model->upper()).maxCoeff(), (model->lower() - now).maxCoeff()});
+    swing.fastest =
+        std::max(swing.fastest, (v.cwiseAbs().array() / model->max_velocity().array()).maxCoeff());
+    swing.beyond =
+        std::max({swing.beyond, (now - model->upper()).maxCoeff(), (model->lower() - now).maxCoeff()});
   }
   return swing;
 }

@@ -65,7 +65,7 @@ struct RunReport {
   /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
   /// from everything that no step intends, torques, torque rates and unintended forces.
   std::vector<Margin> margins;
-  ForceSummary forces;  ///< That no step intends, while the plan ran.
+  ForceSummary forces;                           ///< That no step intends, while the plan ran.
   std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
   std::vector<std::string> snapshots;            ///< Files written.
   RunLog log;                                    ///< If asked for.

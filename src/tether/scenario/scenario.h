@@ -69,14 +69,14 @@ struct PlanningSettings {
 
 struct ExecutionSettings {
   std::string controller = "constrained_torque";  ///< Or operational_space, or constrained_velocity.
-  double rate = 1000;                            ///< Control rate, Hz.
+  double rate = 1000;                             ///< Control rate, Hz.
   std::optional<double>
       gain;  ///< Of torques: k_p, 1/s²; constrained_velocity: η, 1/s. None: the controller's own.
   std::optional<double>
-      damping;             ///< Of torques: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
-  double max_force = 40;   ///< That the arm presses with, N: constrained_torque.
+      damping;               ///< Of torques: k_v, 1/s; constrained_velocity: λ. None: the controller's own.
+  double max_force = 40;     ///< That the arm presses with, N: constrained_torque.
   Location max_force_where;  ///< Where the file says so.
-  double timeout_s = 300;  ///< Simulated time after which a run has failed, s.
+  double timeout_s = 300;    ///< Simulated time after which a run has failed, s.
 };
 
 /// Bounds on the displacement of a run's initial poses from the file's, per movable object. Drawn from the

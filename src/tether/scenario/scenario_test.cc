@@ -420,8 +420,9 @@ TEST_F(ScenarioTest, AnArmMayBePushed) {
   EXPECT_EQ(scenario.events[0].torques[1], 5);
   EXPECT_EQ(scenario.events[0].Describe(), "push panda by (0, 5, 0, 0, 0, 0, 1) Nm over 0.3 s");
   EXPECT_THAT(ErrorOf(event + "[0, 5], over: 0.3}\n"), HasSubstr("'torques' of event"));
-  EXPECT_THAT(ErrorOf(kSmall + "events:\n- when: {time: 1}\n  push: {robot: pandra, torques: [1], over: 1}\n"),
-              HasSubstr("unknown robot 'pandra' in event"));
+  EXPECT_THAT(
+      ErrorOf(kSmall + "events:\n- when: {time: 1}\n  push: {robot: pandra, torques: [1], over: 1}\n"),
+      HasSubstr("unknown robot 'pandra' in event"));
 }
 
 TEST_F(ScenarioTest, SensorsMayLackWhatIsSaid) {

@@ -15,8 +15,8 @@ using math::Pose;
 
 namespace {
 
-// While a force, or a torque of a joint, of more than this is felt, nothing is learned of sensors and payload, N
-// and Nm.
+// While a force, or a torque of a joint, of more than this is felt, nothing is learned of sensors and
+// payload, N and Nm.
 constexpr double kLearnBelow = 6, kLearnTorque = 1.2;
 
 LoadEstimatorOptions LoadOptions(const TorqueOptions& options) {
@@ -150,8 +150,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
       !state.bias().allFinite() || !state.J_BH().allFinite()) {
     return false;
   }
-  task_finite = std::isfinite(task.max_force) &&
-                (task.hand == nullptr || IsFinite(*task.hand)) &&
+  task_finite = std::isfinite(task.max_force) && (task.hand == nullptr || IsFinite(*task.hand)) &&
                 (task.posture == nullptr || task.posture->allFinite());
   rows_finite = std::isfinite(input.opening);
   for (const MovingPose& object : input.objects) {
@@ -200,7 +199,8 @@ void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const Torqu
   load.Update(input.state, *input.external, touches);
   unexplained = *input.external - load.sensor_error() + carried;
   if (!load.settled()) unexplained.setZero();
-  watch.Update(candidates, num_candidates, unexplained, J, load.weight_error(), task.max_force, options.period);
+  watch.Update(candidates, num_candidates, unexplained, J, load.weight_error(), task.max_force,
+               options.period);
   flags.yielding = watch.contact().active;
 }
 

@@ -39,17 +39,17 @@ struct TorqueOptions {
   double limit_gap = 0.01;       ///< From the limits, for what the model does not know, rad.
   double return_speed = 0.1;     ///< At which joints come back from beyond a limit, rad/s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
-  double range = 0.25;      ///< Pairs further apart than their safe distance and this get no row, m; nor do
-                            ///< those that close in too slowly to matter.
-  /// That a row asks for, m/s² or rad/s²: what gets in the arm's way meanwhile is pressed with so much times its
-  /// mass.
+  double range = 0.25;  ///< Pairs further apart than their safe distance and this get no row, m; nor do
+                        ///< those that close in too slowly to matter.
+  /// That a row asks for, m/s² or rad/s²: what gets in the arm's way meanwhile is pressed with so much times
+  /// its mass.
   double most_needed = 12;
-  double lead = 0.06;  ///< Moving objects are kept clear of by what they move in this time as well, s.
-  double brake_rate = 20;   ///< Of joint velocities, where the arm only brakes, 1/s.
+  double lead = 0.06;      ///< Moving objects are kept clear of by what they move in this time as well, s.
+  double brake_rate = 20;  ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
   LoadEstimatorOptions load;  ///< The period is the controller's.
-  int max_iterations = 60;  ///< Of the QP …
-  int max_solves = 60;      ///< … and QPs where rows conflict. Beyond, the arm brakes.
+  int max_iterations = 60;    ///< Of the QP …
+  int max_solves = 60;        ///< … and QPs where rows conflict. Beyond, the arm brakes.
   /// Throws InputError naming every field that is not finite or out of bounds.
   void Validate() const;
 };
@@ -64,9 +64,9 @@ struct TorqueInput {
 
 /// What the arm is to do in a tick: lead the hand, functions of frames, both, or stand still.
 struct TorqueTask {
-  const HandTarget* hand = nullptr;          ///< Tracked with Paper A, eq. (30). Its F_BH is carried; without,
-                                             ///< what load() says.
-  const Goal* goal = nullptr;                ///< Functions to bring to zero, at limited speeds.
+  const HandTarget* hand = nullptr;  ///< Tracked with Paper A, eq. (30). Its F_BH is carried; without,
+                                     ///< what load() says.
+  const Goal* goal = nullptr;        ///< Functions to bring to zero, at limited speeds.
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
 };

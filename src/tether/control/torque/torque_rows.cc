@@ -108,9 +108,9 @@ void ConstrainedTorque::Impl::AddPairRows() {
     const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
     const double moves = link_b == 0 ? std::min(kFastest, body_speed[static_cast<size_t>(pair.b)]) : 0;
     const double lead = options.lead * moves;
-    const double near = pair.allowed ? options.contact.touch
-                                     : pair.distance + options.buffer + lead +
-                                           std::min(options.range, Matters(speed));
+    const double near = pair.allowed
+                            ? options.contact.touch
+                            : pair.distance + options.buffer + lead + std::min(options.range, Matters(speed));
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
       for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
         if (ArmBodies::LowerBound(*a, *b) > near) continue;

@@ -60,8 +60,7 @@ void ConstrainedTorque::Impl::SetJointBounds() {
     if (position_upper[i] < hardest) position_upper[i] -= up;
     if (position_lower[i] > -hardest) position_lower[i] += down;
     // What a limit needs may be harder than a motion is wanted to be.
-    const double keep_up =
-        MostAccelerationToKeepSpeed(fastest - v[i], kHarder * hardest, dt, braking) - up;
+    const double keep_up = MostAccelerationToKeepSpeed(fastest - v[i], kHarder * hardest, dt, braking) - up;
     const double keep_down =
         MostAccelerationToKeepSpeed(fastest + v[i], kHarder * hardest, dt, braking) - down;
     velocity_upper[i] = std::min(keep_up, std::max({hardest, -keep_down, position_lower[i]}));
@@ -206,7 +205,8 @@ void ConstrainedTorque::Impl::Brake() {
   for (int i = 0; i < n; ++i) {
     const double most = reserve.of(i).deceleration;
     qddot[i] = std::clamp(-options.brake_rate * v[i], -most, most);
-    qddot[i] = std::max(std::min(qddot[i], velocity_upper[i]), std::min(velocity_lower[i], velocity_upper[i]));
+    qddot[i] =
+        std::max(std::min(qddot[i], velocity_upper[i]), std::min(velocity_lower[i], velocity_upper[i]));
   }
 }
 

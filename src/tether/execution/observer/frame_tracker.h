@@ -5,9 +5,9 @@
 namespace tether::execution {
 
 /// Follows a frame that is measured now and then: a second-order filter (alpha–beta, critically damped) that
-/// lags neither a frame at rest nor one at constant velocity, and smooths jumps. Where measurements scatter, it
-/// averages over longer: its bandwidth follows from how far the innovations agree on a direction (Trigg and
-/// Leach 1967, "Exponential smoothing with an adaptive response rate"). Allocates nothing.
+/// lags neither a frame at rest nor one at constant velocity, and smooths jumps. Where measurements scatter,
+/// it averages over longer: its bandwidth follows from how far the innovations agree on a direction (Trigg
+/// and Leach 1967, "Exponential smoothing with an adaptive response rate"). Allocates nothing.
 class FrameTracker {
  public:
   /// `bandwidth` in 1/s: how fast jumps are followed.

@@ -8,11 +8,14 @@ namespace tether::execution {
 namespace {
 
 math::Pose Noisy(const math::Pose& X, Random& random) {
-  const auto draw = [&](double s) { return s * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()); };
+  const auto draw = [&](double s) {
+    return s * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+  };
   return {math::ExpSO3(draw(0.005)) * X.R, X.p + draw(0.003)};
 }
 
-// find velocity_noise_delay: differences of noisy poses were taken for velocities (0.3 m/s of a frame at rest).
+// find velocity_noise_delay: differences of noisy poses were taken for velocities (0.3 m/s of a frame at
+// rest).
 TEST(FrameTracker, VelocityNoiseDelay_AFrameAtRestHasNoVelocityHoweverNoisyItIs) {
   for (const double rate : {30.0, 200.0, 1000.0}) {
     Random random(3);

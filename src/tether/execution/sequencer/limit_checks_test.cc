@@ -41,8 +41,9 @@ class LimitChecksTest : public ::testing::Test {
 TEST_F(LimitChecksTest, AForceThatCannotSlideWhatIsPushedIsRefused) {
   // 2 kg · 9.81 m/s² · 0.5, and a fifth more.
   EXPECT_EQ(ErrorOf(12), "");
-  EXPECT_THAT(ErrorOf(11), AllOf(HasSubstr("file.yaml:7:3"), HasSubstr("'max_force' of 'execution' is 11.0 N"),
-                                 HasSubstr("to slide 'other' takes 11.8 N"), HasSubstr("at least 11.8 N")));
+  EXPECT_THAT(ErrorOf(11),
+              AllOf(HasSubstr("file.yaml:7:3"), HasSubstr("'max_force' of 'execution' is 11.0 N"),
+                    HasSubstr("to slide 'other' takes 11.8 N"), HasSubstr("at least 11.8 N")));
   // The slipperier surface counts.
   for (scene::Object& object : scene_.objects) {
     if (object.name == "table") object.friction = 0.1;

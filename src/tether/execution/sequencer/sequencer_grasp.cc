@@ -44,9 +44,9 @@ void Sequencer::BeginGrip(const planning::GripperVerb& verb) {
   if (!verb.close_on.empty()) {
     s_.gripper.mode = robot::GripperCommand::Mode::kForce;
     const int object = s_.recovering ? kNone : s_.current().close_on[static_cast<size_t>(s_.verb)];
-    const double mass =
-        object == kNone ? 0 : s_.scene.objects[static_cast<size_t>(object)].mass.value_or(0);
-    s_.gripper.force = std::min(std::max(verb.force, HoldingForce(object, mass)), s_.model->gripper().max_force);
+    const double mass = object == kNone ? 0 : s_.scene.objects[static_cast<size_t>(object)].mass.value_or(0);
+    s_.gripper.force =
+        std::min(std::max(verb.force, HoldingForce(object, mass)), s_.model->gripper().max_force);
     slipped_ = told_force_ = 0;
   } else {
     s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
@@ -115,7 +115,8 @@ double Sequencer::HoldingForce(int object, double mass) const {
   if (object == kNone) return 0;
   const double friction = scene::PairFriction(s_.scene.objects[static_cast<size_t>(object)].friction,
                                               s_.model->gripper().pad_friction);
-  return kGripSafety * mass * (robot::kGravity + kGripAcceleration) / (2 * std::max(friction, kLeastFriction));
+  return kGripSafety * mass * (robot::kGravity + kGripAcceleration) /
+         (2 * std::max(friction, kLeastFriction));
 }
 
 // The fingers close harder where what is held turns out to be heavier than it was said to be, and where it

@@ -99,7 +99,8 @@ void Sequencer::FollowHeld(const scene::WorldEstimate& estimate, bool news) {
     const math::Pose measured = math::Between(then->X_WH, found->second);
     const double share = 1 - std::exp(-(estimate_time_ - followed_time_) / kHeldFollows);
     X_HO_.p += share * (measured.p - X_HO_.p);
-    X_HO_.R = math::ProjectToSO3(X_HO_.R * math::ExpSO3(share * math::LogSO3(X_HO_.R.transpose() * measured.R)));
+    X_HO_.R =
+        math::ProjectToSO3(X_HO_.R * math::ExpSO3(share * math::LogSO3(X_HO_.R.transpose() * measured.R)));
     followed_time_ = estimate_time_;
   }
   control::MovingPose& now = s_.objects[object];

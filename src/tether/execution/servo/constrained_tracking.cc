@@ -94,8 +94,8 @@ double ReferenceServo::MaxForce() const {
 }
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
-  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
-                                     s_.held, touching_, MaxForce()});
+  command->torque = servo_->Compute(
+      {state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, touching_, MaxForce()});
   WatchServo();
 }
 

@@ -65,13 +65,13 @@ ReferenceServo::ReferenceServo(Situation& situation,
   for (const auto& robot : s_.scene.robots) {
     if (robot.name == s_.robot) continue;
     const auto& model = models.at(robot.name);
-    neighbours_.push_back({robot.name,
-                           robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
-                           control::OperationalSpaceController(model, options_.gains, model->home()),
-                           {},
-                           std::make_unique<control::TorqueLimiter>(
-                               model, control::LimiterOptions{.period = shared_.period}),
-                           false});
+    neighbours_.push_back(
+        {robot.name,
+         robot::State(model, GravityIn(s_.scene.InitialPose(robot.name))),
+         control::OperationalSpaceController(model, options_.gains, model->home()),
+         {},
+         std::make_unique<control::TorqueLimiter>(model, control::LimiterOptions{.period = shared_.period}),
+         false});
   }
 }
 
@@ -149,8 +149,7 @@ void ReferenceServo::CommandOthers(const robot::Observations& observations, robo
       other.controller.set_posture(found->second.q);
       command.gripper.opening = found->second.gripper_opening;
     }
-    command.torque =
-        other.limiter->Limit(other.state, other.controller.Compute(other.state, other.target));
+    command.torque = other.limiter->Limit(other.state, other.controller.Compute(other.state, other.target));
   }
 }
 

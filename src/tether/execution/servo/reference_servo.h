@@ -176,8 +176,8 @@ class ReferenceServo final : public Servo {
 
   robot::State state_;
   control::OperationalSpaceController controller_;
-  std::optional<TorqueServo> servo_;                          ///< In place of `controller_` …
-  std::optional<control::TorqueLimiter> limiter_;             ///< … behind which this stands.
+  std::optional<TorqueServo> servo_;               ///< In place of `controller_` …
+  std::optional<control::TorqueLimiter> limiter_;  ///< … behind which this stands.
   Eigen::VectorXd carried_torque_;
   std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.

@@ -21,8 +21,8 @@ control::TorqueOptions WithMargin(control::TorqueOptions options, double margin)
 TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene,
                          BuiltConstraints built, control::TorqueOptions options)
     : state_(model, GravityIn(scene.X_WBase())),
-      controller_(model, scene.X_WBase(), scene.solids(), std::move(built.clearances), std::move(built.fields),
-                  WithMargin(options, built.joint_margin)),
+      controller_(model, scene.X_WBase(), scene.solids(), std::move(built.clearances),
+                  std::move(built.fields), WithMargin(options, built.joint_margin)),
       limiter_(model, {.period = options.period}),
       carried_(Eigen::VectorXd::Zero(model->dof())) {
   stay_.posture = model->home();
@@ -43,8 +43,8 @@ const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const co
   control::TorqueTask task;
   task.goal = goal;
   task.max_force = max_force;
-  const Eigen::VectorXd& wanted = controller_.Compute(
-      {state_, situation.opening, situation.objects, &situation.tau_external}, task);
+  const Eigen::VectorXd& wanted =
+      controller_.Compute({state_, situation.opening, situation.objects, &situation.tau_external}, task);
   carried_.noalias() = state_.J_BH().transpose() * controller_.load().Holding(state_.X_BH());
   const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);

@@ -13,8 +13,8 @@
 
 namespace tether::execution {
 
-/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute() allocates
-/// nothing.
+/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
+/// allocates nothing.
 class TorqueDrive {
  public:
   TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,

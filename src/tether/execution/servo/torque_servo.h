@@ -20,7 +20,7 @@ struct TorqueServoOptions {
   /// A scenario's. Without a `clearance` among them, links, hand and what is held keep clear of everything
   /// that no step intends to touch.
   std::vector<control::ConstraintSpec> constraints;
-  double max_force = 40;  ///< That the arm presses with, N.
+  double max_force = 40;          ///< That the arm presses with, N.
   Location max_force_where = {};  ///< Where a file says so.
 };
 

@@ -156,10 +156,11 @@ void VelocityServo::WatchDrive() {
   const control::Contact& contact = controller.contact();
   if (contact.began) {
     const auto name = [&](int body) {
-      return body < 0 ? std::string("something that is not known") : "'" + controller.bodies().name(body) + "'";
+      return body < 0 ? std::string("something that is not known")
+                      : "'" + controller.bodies().name(body) + "'";
     };
-    s_.Record(EventKind::kSafety, (contact.a < 0 ? std::string("the hand") : name(contact.a)) + " presses on " +
-                                      name(contact.a < 0 ? -1 : contact.b) + " with about " +
+    s_.Record(EventKind::kSafety, (contact.a < 0 ? std::string("the hand") : name(contact.a)) +
+                                      " presses on " + name(contact.a < 0 ? -1 : contact.b) + " with about " +
                                       Fixed(contact.force, 0) + " N; the arm backs off");
   }
   if (flags.braking && s_.time > relaxed_until_) {

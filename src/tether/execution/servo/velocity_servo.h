@@ -16,9 +16,9 @@
 
 namespace tether::execution {
 
-/// Moves the arm by joint velocities, or torques, under constraints (paper B, section 3.2): nothing is planned between
-/// key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects and limits are
-/// kept at every tick, for the links and for what is held.
+/// Moves the arm by joint velocities, or torques, under constraints (paper B, section 3.2): nothing is
+/// planned between key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects
+/// and limits are kept at every tick, for the links and for what is held.
 ///
 /// - Steps may have regions as targets: a reach then brings the control frame above the region, into it if it
 ///   is solid, or a held object onto its plane, within the point-cone if the verb asks for one.
