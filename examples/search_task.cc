@@ -27,8 +27,8 @@ constexpr const char* kProblem = R"((define (problem two) (:domain blocks)
   (:goal (on red blue))))";
 
 void Print(const tether::symbolic::Task& task, const tether::task::Skeleton& skeleton) {
-  for (int action : skeleton.actions)
-    std::printf("%s ", task.actions()[static_cast<size_t>(action)].name.c_str());
+  for (const tether::ActionId action : skeleton.actions)
+    std::printf("%s ", task.actions()[action].name.c_str());
   std::printf("\n");
 }
 

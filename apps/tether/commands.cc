@@ -18,6 +18,7 @@
 #include "tether/common/text.h"
 #include "tether/common/version.h"
 #include "tether/evaluation/check.h"
+#include "tether/evaluation/log/log_files.h"
 #include "tether/evaluation/run.h"
 #include "tether/execution/sequencer/resolved_plan.h"
 #include "tether/planning/check/checker.h"
@@ -304,7 +305,8 @@ int RunCommand(const RunArguments& arguments) {
   options.events = ChooseEvents(scenario, arguments.events);
   options.realtime = arguments.realtime;
   options.snapshots = arguments.snapshots;
-  options.log = !arguments.log.empty();
+  options.log.path = arguments.log;
+  if (!arguments.log.empty()) options.log.files = evaluation::FilesOfThisRun();
   if (!arguments.overrides.goal.empty()) {
     const std::string& semantics = arguments.overrides.semantics;
     options.goal =
@@ -351,23 +353,14 @@ int RunCommand(const RunArguments& arguments) {
   ReportingScope reporting;
   PrintJudgement(report, terminal);
   PrintMargins(report, terminal);
-  if (options.log) outputs.Write(arguments.log, evaluation::WriteRunLog(report.log));
   Value json = evaluation::WriteRunReport(report, scenario.title, seed);
   if (!plan_report.is_null()) json.Set("planning", plan_report);
   outputs.Write(arguments.json, json);
   outputs.Finish();
   reporting.Done();
+  if (!report.log_problem.empty())
+    throw InputError("--log: " + arguments.log + " is not whole: " + report.log_problem);
   return ExitCodeOf(report.status);
-}
-
-int ReportCommand(const ReportArguments& arguments) {
-  Outputs outputs;
-  outputs.Add(arguments.output, "--output");
-  outputs.Require({arguments.log});
-  outputs.WriteText(arguments.output,
-                    evaluation::DrawRunLog(evaluation::ReadRunLog(ReadYaml(arguments.log))));
-  outputs.Finish();
-  return kExitSuccess;
 }
 
 int CheckCommand(const CheckArguments& arguments) {

@@ -33,8 +33,8 @@ struct RunArguments {
 };
 
 struct ReportArguments {
-  std::string log;     ///< Log of a run.
-  std::string output;  ///< SVG file, or "-".
+  std::string log;     ///< Log of a run, or a campaign's file.
+  std::string output;  ///< SVG or HTML file, or "-".
 };
 
 struct CheckArguments {

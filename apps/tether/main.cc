@@ -108,6 +108,8 @@ void AddPlan(CLI::App& app, PlanArguments& arguments, std::function<int()>& run)
       ->type_name("K");
   command->add_flag("--no-robot", arguments.overrides.no_robot,
                     "Plan for a free-flying hand, without the arm's reach");
+  command->add_flag("--no-motion", arguments.overrides.no_motion,
+                    "Key poses alone, without the arm's motions between them");
   command->add_option("--seed", arguments.overrides.seed, "Seed, in place of the scenario's")
       ->check(WholeNumber())
       ->type_name("N");
@@ -149,7 +151,9 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
   command->add_option("--json", arguments.json, "Write the report as JSON to FILE, or - for standard output")
       ->type_name("FILE");
   command
-      ->add_option("--log", arguments.log, "Write margins and joints over time to FILE, for `tether report`")
+      ->add_option(
+          "--log", arguments.log,
+          "Write what happens to FILE while it does (MCAP), for `tether check`, `report` and Foxglove")
       ->type_name("FILE");
   AddPlanningOptions(*command, arguments.overrides);
   command->footer(R"(Examples:
@@ -167,26 +171,34 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
 
 void AddReport(CLI::App& app, ReportArguments& arguments, std::function<int()>& run) {
   CLI::App* command =
-      app.add_subcommand("report", "Draw a run's log: distances, angles and joints over time");
-  command->add_option("log", arguments.log, "What `tether run --log` wrote")->required()->type_name("LOG");
-  command->add_option("--output", arguments.output, "SVG file to write, or - for standard output")
+      app.add_subcommand("report", "Report a run's log or a campaign: summary, plots and tables");
+  command->add_option("log", arguments.log, "What `tether run --log` or `tether campaign` wrote")
+      ->required()
+      ->type_name("LOG");
+  command
+      ->add_option("--output", arguments.output,
+                   "File to write: a page if it ends with .html, else a figure (SVG); -: the figure on "
+                   "standard output")
       ->required()
       ->type_name("FILE");
   command->footer(R"(Examples:
-  tether run scenarios/assistive.yaml --log run.log && tether report run.log --output run.svg)");
+  tether run scenarios/assistive.yaml --log run.mcap && tether report run.mcap --output run.html
+  tether report run.mcap --output figure.svg
+  tether campaign control --output control.jsonl && tether report control.jsonl --output control.html)");
   command->callback([&] { run = [&] { return ReportCommand(arguments); }; });
 }
 
 void AddCheck(CLI::App& app, CheckArguments& arguments, std::function<int()>& run) {
-  CLI::App* command =
-      app.add_subcommand("check", "Validate scenarios, action libraries, event files and plans");
+  CLI::App* command = app.add_subcommand(
+      "check", "Validate scenarios, action libraries, event files and plans; judge logged runs again");
   command->add_option("files", arguments.files, "Files, recognised by their `format`")
       ->required()
       ->type_name("FILE");
   command->footer(R"(Examples:
   tether check scenarios/workspace_reach.yaml
   tether check models/actions/manipulation.yaml scenarios/*.yaml
-  tether check scenarios/workspace_reach.yaml plan.json)");
+  tether check scenarios/workspace_reach.yaml plan.json
+  tether check run.mcap)");
   command->callback([&] { run = [&] { return CheckCommand(arguments); }; });
 }
 

@@ -75,6 +75,7 @@ void Install() {
   Handle(SIGALRM, EndNow);
   Handle(SIGINT, RequestStop);
   Handle(SIGTERM, RequestStop);
+  Handle(SIGXFSZ, SIG_IGN);  // A limit on the size of files is an error of writing, not the end.
 }
 [[gnu::used, gnu::section(".preinit_array")]] void (*const install_early)() = Install;
 

@@ -84,7 +84,7 @@ void PrintPlans(const TaskReport& report, const symbolic::Task* task, const Term
     FormatInto(cost, sizeof cost, "%.10g", plan.cost);
     text += terminal.Bold("cost " + std::string(cost)) + "  " +
             terminal.Dim(Count(plan.actions.size(), "action")) + "\n";
-    for (int action : plan.actions) text += "  " + task->actions()[static_cast<size_t>(action)].name + "\n";
+    for (const ActionId action : plan.actions) text += "  " + task->actions()[action].name + "\n";
     if (text.size() > kPiece) print();
   }
   print();
@@ -193,12 +193,11 @@ TaskReport SearchTask(std::shared_ptr<const symbolic::Task> task, const TaskArgu
   }
   for (task::Skeleton& plan : report.plans) {
     if (relevant.task) {
-      for (int& action : plan.actions) action = relevant.actions[static_cast<size_t>(action)];
+      for (ActionId& action : plan.actions) action = relevant.actions[action];
     }
     // Whatever the search minimised.
     plan.cost = 0;
-    for (int action : plan.actions)
-      plan.cost += static_cast<double>(task->actions()[static_cast<size_t>(action)].cost);
+    for (const ActionId action : plan.actions) plan.cost += static_cast<double>(task->actions()[action].cost);
     plan.cost *= task->cost_unit();
   }
   report.search_s = Since(begin);
@@ -226,7 +225,7 @@ void WritePlans(const TaskReport& report, const symbolic::Task* task, const Text
         &plan == &report.plans.front() ? "\n    {\n      \"actions\": [" : ",\n    {\n      \"actions\": [";
     for (size_t i = 0; i < plan.actions.size(); ++i) {
       if (i > 0) text += ", ";
-      text += names[static_cast<size_t>(plan.actions[i])];
+      text += names[plan.actions[i].index()];
     }
     text += "],\n      \"cost\": " + WriteJson(Value(plan.cost), 0) + "\n    }";
     sink(text);

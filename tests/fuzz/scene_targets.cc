@@ -7,7 +7,11 @@
 #include "tether/bench/campaigns/campaign.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/evaluation/check.h"
-#include "tether/evaluation/run_log.h"
+#include "tether/evaluation/log/log_channels.h"
+#include "tether/evaluation/log/run_log.h"
+#include "tether/evaluation/mcap/mcap_writer.h"
+#include "tether/evaluation/report/figure.h"
+#include "tether/evaluation/report/run_page.h"
 #include "tether/geometry/hull/mesh_file.h"
 #include "tether/geometry/hull/polytope.h"
 #include "tether/planning/plan/plan_file.h"
@@ -138,12 +142,49 @@ void ReadEventText(const std::string& input) {
   diagnostics.ThrowIfAny();
 }
 
+namespace {
+
+/// A log with a message per line of "topic text", so that what is in messages is reached beyond checksums.
+std::string ComposeLog(const std::string& lines) {
+  evaluation::McapWriter writer("fuzz");
+  writer.AddMetadata(evaluation::kLogMetadata, {{"format", evaluation::kLogFormat}, {"seed", "1"}});
+  std::map<std::string, uint16_t> channels;
+  for (const evaluation::LogChannel& channel : evaluation::LogChannels()) {
+    const uint16_t schema = writer.AddSchema({channel.schema_name, "jsonschema", channel.schema});
+    channels[channel.topic] = writer.AddChannel({channel.topic, schema, "json"});
+  }
+  std::istringstream stream(lines);
+  uint64_t time = 0;
+  for (std::string line; std::getline(stream, line); time += 50'000'000) {
+    const size_t space = std::min(line.find(' '), line.size());
+    const auto channel = channels.find(line.substr(0, space));
+    if (channel != channels.end()) writer.AddMessage(channel->second, time, line.substr(space));
+    if (line.size() % 7 == 0) writer.CloseChunk();
+  }
+  writer.Finish();
+  return writer.Take();
+}
+
+}  // namespace
+
 void ReadLogText(const std::string& input) {
-  const evaluation::RunLog log = evaluation::ReadRunLog(ParseYaml(input, "log"));
+  const bool whole = evaluation::IsMcap(input);
+  const std::string bytes = whole ? input : ComposeLog(input);
+  const evaluation::RunLog log = evaluation::ParseRunLog(bytes, "log", true);
   evaluation::DrawRunLog(log);
-  const std::string once = WriteJson(evaluation::WriteRunLog(log));
-  Require(WriteJson(evaluation::WriteRunLog(evaluation::ReadRunLog(ParseYaml(once, "written")))) == once,
-          "a log is read as it was written");
+  evaluation::WriteRunPage(log);
+  if (whole) return;
+  Require(!log.problem, "what the writer wrote is read to its end");
+  // Cut off anywhere, what is left of it says so.
+  try {
+    const std::string_view part =
+        std::string_view(bytes).substr(0, bytes.size() * (input.size() % 97 + 1) / 98);
+    const evaluation::RunLog cut = evaluation::ParseRunLog(part, "log", true);
+    Require(cut.problem.has_value(), "a log that was cut off says where");
+    Require(cut.events.size() <= log.events.size(), "a part holds no more than the whole");
+  } catch (const InputError&) {
+    // It was cut off within its first records.
+  }
 }
 
 void ReadCampaignLines(const std::string& input) {

@@ -265,7 +265,7 @@ TEST(RegionLayoutTest, CapacitiesHold) {
     const planning::RegionLayout layout = RandomLayout(random);
     const auto task = GroundLayout(layout);
     symbolic::State state = task->initial_state();
-    std::vector<int> applicable;
+    std::vector<ActionId> applicable;
     for (int step = 0; step < 200; ++step) {
       std::map<std::string, int> held;
       const std::vector<std::string> facts = task->TrueAtoms(state, true);
@@ -291,14 +291,13 @@ TEST(RegionLayoutTest, CapacitiesHold) {
         }
         // A hand that holds something in a region may release it exactly if there is room.
         if (!holds("at(" + region.name + ")") || holds("handempty()") || holds("handempty")) continue;
-        const bool may = std::any_of(applicable.begin(), applicable.end(), [&](int action) {
-          return task->actions()[static_cast<size_t>(action)].name.starts_with("place");
+        const bool may = std::any_of(applicable.begin(), applicable.end(), [&](ActionId action) {
+          return task->actions()[action].name.starts_with("place");
         });
         ASSERT_EQ(may, region.capacity == 0 || held[region.name] < region.capacity);
       }
       if (applicable.empty()) break;
-      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))],
-                          state);
+      state = task->Apply(applicable[ToIndex(random.Index(static_cast<int>(applicable.size())))], state);
     }
   }
 }

@@ -288,6 +288,14 @@ bool WasRead(const std::string& path) {
          same.st_dev == status.st_dev && same.st_ino == status.st_ino;
 }
 
+std::vector<std::string> FilesRead() {
+  const std::lock_guard lock(Read().mutex);
+  std::vector<std::string> paths;
+  for (const auto& [id, path] : Read().paths) paths.push_back(path);
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
 void WriteFile(const std::string& path, std::string_view text) {
   WriteFile(path, [&](const TextSink& sink) { sink(text); });
 }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tether {
 
@@ -16,6 +17,9 @@ std::string ReadFile(const std::string& path);
 
 /// Whether `path` is a file that ReadFile() has read in this process, by whatever name.
 bool WasRead(const std::string& path);
+
+/// The paths of the files that ReadFile() has read in this process, as they were given, sorted.
+std::vector<std::string> FilesRead();
 
 /// Writes an output. A regular file appears or is replaced atomically, and keeps its mode; the new content is
 /// written to a temporary file beside it, with an unpredictable name and no link followed. Links are followed

@@ -83,6 +83,11 @@ Vector6d DesiredHandAcceleration(const OperationalSpaceGains& gains, const math:
   return a;
 }
 
+void FollowJoints(const OperationalSpaceGains& gains, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                  const JointTarget& target, Eigen::VectorXd* acceleration) {
+  *acceleration = target.a + gains.position * (target.q - q) + gains.position_damping * (target.v - v);
+}
+
 struct OperationalSpaceController::Workspace {
   std::shared_ptr<const robot::Model> model;
   OperationalSpaceGains gains;
@@ -106,7 +111,7 @@ struct OperationalSpaceController::Workspace {
 
   const Eigen::VectorXd& Fault(const robot::State& state);
   void ComputeLambda(const robot::State& state);
-  void ComputePosture(const robot::State& state);
+  void ComputePosture(const robot::State& state, const JointTarget* joints);
   void ComputeBrakes(const robot::State& state);
   void Limit();
 };
@@ -136,7 +141,8 @@ void OperationalSpaceController::set_posture(const Eigen::VectorXd& posture) {
 }
 
 const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& state,
-                                                           const HandTarget& target) {
+                                                           const HandTarget& target,
+                                                           const JointTarget* joints) {
   Workspace& w = *work_;
   w.flags = {};
   const bool state_finite = state.q().allFinite() && state.v().allFinite() && state.bias().allFinite() &&
@@ -153,7 +159,7 @@ const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& s
   const Vector6d force = w.lambda * acceleration + target.F_BH;
   w.task.noalias() = state.J_BH().transpose() * force;
 
-  w.ComputePosture(state);
+  w.ComputePosture(state, joints);
   // Dynamically consistent projection: what is left of the posture torque accelerates the joints but not the
   // hand.
   const Vector6d hand_acceleration = w.MinvJt.transpose() * w.null;
@@ -211,9 +217,15 @@ void OperationalSpaceController::Workspace::ComputeLambda(const robot::State& st
   lambda = scale.asDiagonal() * lambda * scale.asDiagonal();
 }
 
-void OperationalSpaceController::Workspace::ComputePosture(const robot::State& state) {
+void OperationalSpaceController::Workspace::ComputePosture(const robot::State& state,
+                                                           const JointTarget* joints) {
   // `brake` is unused here and holds the joint accelerations.
   Eigen::VectorXd& acceleration = brake;
+  if (joints != nullptr) {
+    FollowJoints(gains, state.q(), state.v(), *joints, &acceleration);
+    null.noalias() = state.M() * acceleration;
+    return;
+  }
   acceleration = gains.posture * (posture - state.q()) - gains.posture_damping * state.v();
   for (int i = 0; i < acceleration.size(); ++i) {
     const double margin = std::min(gains.limit_margin, 0.25 * (model->upper()[i] - model->lower()[i]));

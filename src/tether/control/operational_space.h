@@ -40,6 +40,18 @@ struct HandTarget {
   double obstacle_weight = 1;
 };
 
+/// Where all joints should be, and how they should be moving: a path of the whole arm that is followed, and
+/// that the hand's target is on. n each: rad, rad/s, rad/s².
+struct JointTarget {
+  const Eigen::VectorXd& q;
+  const Eigen::VectorXd& v;
+  const Eigen::VectorXd& a;
+};
+
+/// The joint accelerations that follow it, with the gains of the hand's position. Allocates nothing.
+void FollowJoints(const OperationalSpaceGains& gains, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                  const JointTarget& target, Eigen::VectorXd* acceleration);
+
 /// Whether every number is finite.
 bool IsFinite(const HandTarget& target);
 
@@ -79,7 +91,9 @@ class OperationalSpaceController {
 
   /// Torques for one tick, n, Nm, within the model's limits and always finite. `state` must be set to the
   /// measured configuration.
-  const Eigen::VectorXd& Compute(const robot::State& state, const HandTarget& target);
+  /// With `joints`, they are followed in place of the posture.
+  const Eigen::VectorXd& Compute(const robot::State& state, const HandTarget& target,
+                                 const JointTarget* joints = nullptr);
 
   /// What happened in the last Compute().
   const ControlFlags& flags() const;

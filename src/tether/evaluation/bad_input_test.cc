@@ -1,6 +1,7 @@
 // Finds about scenarios and files with which a command crashed or did not end.
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -12,7 +13,8 @@
 #include "tether/common/output/record_file.h"
 #include "tether/common/random.h"
 #include "tether/evaluation/check.h"
-#include "tether/evaluation/run_log.h"
+#include "tether/evaluation/report/figure.h"
+#include "tether/evaluation/report/run_page.h"
 #include "tether/geometry/box_tree.h"
 #include "tether/scenario/problem.h"
 
@@ -224,16 +226,13 @@ TEST_F(BadInputTest, RecordsAreOneWritersAtATime) {
 }
 
 TEST_F(BadInputTest, LogsOfAnyNumbersAreDrawn) {
-  for (const char* numbers :
-       {"1e308, -1e308", "1e9, 1000000000.0000001", "0, null", "1e-300, 2e-300", "5e8, 5e8"}) {
-    const std::string log = std::string("format: tether.log/1\ntime_s: [") + numbers +
-                            "]\nseries: [{name: a, unit: m, panel: p, lower: 0, upper: 0, values: [" +
-                            numbers + "]}]\n";
-    try {
-      EXPECT_THAT(DrawRunLog(ReadRunLog(ParseYaml(log, "log"))), HasSubstr("</svg>")) << numbers;
-    } catch (const InputError& error) {
-      ADD_FAILURE() << error.what();
-    }
+  const double none = std::nan("");
+  for (const std::vector<double>& numbers : std::vector<std::vector<double>>{
+           {1e308, -1e308}, {1e9, 1000000000.0000001}, {0, none}, {1e-300, 2e-300}, {5e8, 5e8}, {}}) {
+    RunLog log;
+    log.series.push_back({"a", "m", "p", numbers, numbers, 0, 0});
+    EXPECT_THAT(DrawRunLog(log), HasSubstr("</svg>"));
+    EXPECT_THAT(WriteRunPage(log), HasSubstr("</html>"));
   }
 }
 

@@ -1,13 +1,16 @@
 #include "tether/evaluation/check.h"
 
+#include <array>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <variant>
 
 #include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/constraints/core/kind.h"
+#include "tether/evaluation/log/log_check.h"
 #include "tether/evaluation/run.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/plan/plan_file.h"
@@ -32,6 +35,11 @@ class FileChecker {
       const size_t before = diagnostics_.list().size();
       checks_.push_back({file, "", {}, {}});
       try {
+        if (BeginsAsLog(file)) {
+          CheckRunLog(file, checks_.back());
+          mistaken[checks_.size() - 1] = false;
+          continue;
+        }
         const std::string text = ReadFile(file);  // Once: a pipe gives it only once.
         const Value document = ParseYaml(text, file);
         const Value* format = document.Find("format");
@@ -72,9 +80,20 @@ class FileChecker {
   }
 
  private:
+  /// Whether a regular file begins as an MCAP file does; it may be larger than ReadFile() reads.
+  static bool BeginsAsLog(const std::string& file) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) return false;
+    std::array<char, 8> first{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(first.data(), first.size());
+    return IsMcap({first.data(), static_cast<size_t>(stream.gcount())});
+  }
+
   void UnknownFormat(const std::string& file, const Value& document, const std::string& name) {
     const std::vector<std::string> formats = {scenario::kScenarioFormat, planning::kActionsFormat,
                                               "tether.events/1", planning::kPlanFormat};
+    if (name == "tether.log/1") ParseRunLog("{\"format\": \"" + name + "\"}", file);  // which says what to do
     const Value* format = document.Find("format");
     diagnostics_.Add(format ? format->where() : Location{file, 1, 1},
                      format ? "unknown format '" + name + "'" : "there is no 'format'",
@@ -87,6 +106,7 @@ class FileChecker {
     // What only the simulation refuses is reported too.
     sim::RequireSimulable(scenario.scene, scenario.models, scene::InitialPoses(scenario.scene));
     check.problems = CheckGeometry(scenario);
+    for (std::string& problem : CheckArms(scenario)) check.problems.push_back(std::move(problem));
     check.notes.push_back(std::to_string(scenario.scene.objects.size()) + " objects, " +
                           std::to_string(scenario.scene.regions.size()) + " regions, " +
                           std::to_string(scenario.scene.robots.size()) + " robots, " +
@@ -223,8 +243,8 @@ class FileChecker {
     std::optional<symbolic::State> state = product.Start();
     for (const std::string& name : plan.actions) {
       if (!state) break;
-      const int action = task->FindAction(name);
-      if (action < 0 || !task->IsApplicable(action, *state)) {
+      const ActionId action = task->FindAction(name);
+      if (!action.valid() || !task->IsApplicable(action, *state)) {
         check.problems.push_back("action " + name + " is not possible where it stands in the plan");
         return;
       }

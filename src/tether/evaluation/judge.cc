@@ -127,8 +127,8 @@ symbolic::State StateAfter(const symbolic::Task& task, const std::vector<std::st
                            int actions_done) {
   symbolic::State state = task.initial_state();
   for (int i = 0; i < actions_done && i < static_cast<int>(actions.size()); ++i) {
-    const int action = task.FindAction(actions[static_cast<size_t>(i)]);
-    if (action >= 0 && task.IsApplicable(action, state)) state = task.Apply(action, state);
+    const ActionId action = task.FindAction(actions[static_cast<size_t>(i)]);
+    if (action.valid() && task.IsApplicable(action, state)) state = task.Apply(action, state);
   }
   return state;
 }
@@ -247,9 +247,9 @@ void TemporalJudge::Sample(const Truth& truth, const std::string& running) {
   if (running != running_) {
     running_ = running;
     effects_.clear();
-    const int action = running.empty() ? -1 : task_.FindAction(running);
-    if (action >= 0) {
-      for (const symbolic::GroundEffect& effect : task_.actions()[static_cast<size_t>(action)].effects) {
+    const ActionId action = running.empty() ? ActionId() : task_.FindAction(running);
+    if (action.valid()) {
+      for (const symbolic::GroundEffect& effect : task_.actions()[action].effects) {
         effects_.insert(effects_.end(), effect.deletes.begin(), effect.deletes.end());
         effects_.insert(effects_.end(), effect.adds.begin(), effect.adds.end());
       }

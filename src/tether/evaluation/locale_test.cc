@@ -12,7 +12,8 @@
 #include "tether/common/file.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/check.h"
-#include "tether/evaluation/run_log.h"
+#include "tether/evaluation/log/message_template.h"
+#include "tether/evaluation/report/figure.h"
 #include "tether/geometry/hull/mesh_file.h"
 #include "tether/scenario/problem.h"
 
@@ -49,10 +50,12 @@ TEST_F(LocaleTest, LibraryIsLocaleDependent) {
   WriteFile(folder_.File("t.obj"), "v 0.5 0 0\nv 0 1.5e-1 0\nv 0 0 1\nf 1 2 3\n");
   EXPECT_EQ(geometry::ReadMesh(folder_.File("t.obj")).points[1].y(), 0.15);
   EXPECT_EQ(Format("%.2f", 0.25), "0.25");
-  const std::string svg = DrawRunLog(ReadRunLog(
-      ParseYaml("format: tether.log/1\ntime_s: [0, 1.5]\n"
-                "series: [{name: a, unit: m, panel: p, lower: 0, upper: 0, values: [0.25, 0.75]}]\n",
-                "log")));
+  RunLog log;
+  log.series.push_back({"a", "m", "p", {0, 1.5}, {0.25, 0.75}, 0, 0});
+  const std::string svg = DrawRunLog(log);
+  std::string number;
+  AppendNumber(0.25, &number);
+  EXPECT_EQ(number, "0.25");
   EXPECT_THAT(svg, HasSubstr(">0.6<"));
   EXPECT_THAT(svg, Not(HasSubstr(">0,6<")));
   // Plans are the same, digit by digit.

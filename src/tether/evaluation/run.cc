@@ -12,7 +12,9 @@
 #include "tether/common/log.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
+#include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/margins/run_margins.h"
+#include "tether/evaluation/replanning.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/execution/servo/torque_servo.h"
@@ -27,11 +29,6 @@ namespace tether::evaluation {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// Between samples of the log, s.
-constexpr double kLogPeriod = 0.05;
-// Margins above this were not measured.
-constexpr double kNotMeasured = 1e200;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -55,6 +52,7 @@ class Run {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
     }
+    if (!options_.log.path.empty()) StartLog();
   }
 
   RunReport Execute() {
@@ -68,6 +66,9 @@ class Run {
       report_.status = RunStatus::kFailed;
       report_.reason = error.what();
     }
+    world_.Truth(&truth_);
+    world_.Observe(&observations_);
+    Log(nullptr);
     Judge();
     NameMissedEvents();
     Snapshot("end");
@@ -80,6 +81,9 @@ class Run {
     report_.replans = runner_->replans();
     report_.margins = margins_.margins();
     report_.forces = margins_.forces();
+    if (recorder_ != nullptr)
+      report_.log_problem =
+          recorder_->Finish(world_.time(), WriteRunReport(report_, scenario_.title, options_.seed));
     return std::move(report_);
   }
 
@@ -100,14 +104,28 @@ class Run {
       velocity.alternative = [ways](const auto& done, const std::string& blocked, std::string& reason) {
         return ways->Find(done, blocked, reason);
       };
+      velocity.replanning = MakeReplanning(scenario, scene, task, options);
       return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
                                                             velocity);
     }
-    return std::make_unique<execution::Executive>(scene, scenario.models, plan,
-                                                  MakeExecutiveOptions(scenario));
+    execution::ExecutiveOptions torque = MakeExecutiveOptions(scenario);
+    torque.replanning = MakeReplanning(scenario, scene, task, options);
+    return std::make_unique<execution::Executive>(scene, scenario.models, plan, torque);
   }
 
  private:
+  /// Nothing for temporal goals.
+  static execution::ReplanningOptions MakeReplanning(const scenario::Scenario& scenario,
+                                                     const scene::Scene& scene, const symbolic::Task& task,
+                                                     const RunOptions& options) {
+    execution::ReplanningOptions replanning;
+    if (!options.replan || options.goal || scenario.goal || scenario.problem == nullptr) return replanning;
+    replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
+    // The task outlives the run.
+    replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
+    return replanning;
+  }
+
   static execution::ExecutiveOptions MakeExecutiveOptions(const scenario::Scenario& scenario) {
     const scenario::ExecutionSettings& settings = scenario.execution;
     execution::ExecutiveOptions options;
@@ -144,6 +162,16 @@ class Run {
     }
   }
 
+  void StartLog() {
+    LogSettings settings = options_.log;
+    settings.seed = options_.seed;
+    if (options_.goal) {
+      settings.goal = options_.goal->formula.ToString();
+      settings.semantics = ToString(options_.goal->semantics);
+    }
+    recorder_ = std::make_unique<RunRecorder>(settings, scenario_, scene_, options_.events, world_, *runner_);
+  }
+
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
     while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
@@ -159,11 +187,11 @@ class Run {
         exact ? runner_->Step(truth_, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
       margins_.Observe(world_, truth_, observations_, commands, *runner_);
-      if (options_.log) Log();
     }
     FeedJudge();
     TakeEvents();
     Disturb();
+    Log(&commands);
     world_.Apply(commands, period_);
     if (options_.realtime) {
       std::this_thread::sleep_until(
@@ -171,38 +199,10 @@ class Run {
     }
   }
 
-  /// Adds a sample to the log, twenty times a second.
-  void Log() {
-    RunLog& log = report_.log;
-    if (!log.times.empty() && world_.time() < log.times.back() + kLogPeriod - 1e-9) return;
-    const robot::Model& model = *scenario_.models.at(runner_->plan().robot);
-    const std::vector<Margin>& margins = margins_.margins();
-    if (log.series.empty()) {
-      log.scenario = scenario_.title;
-      log.seed = options_.seed;
-      for (const std::string& joint : model.joint_names()) {
-        log.series.push_back({joint, "share of the range", "Joints", {}, -1, 1});
-      }
-    }
-    // Constraints of verbs begin with their verbs: they were not measured before.
-    for (; logged_margins_ < margins.size(); ++logged_margins_) {
-      const Margin& margin = margins[logged_margins_];
-      const std::vector<double> before(log.times.size(), std::nan(""));
-      log.series.insert(log.series.begin() + static_cast<std::ptrdiff_t>(logged_margins_),
-                        {margin.name, margin.unit, "Room left: " + margin.group, before, 0, 0});
-    }
-    log.times.push_back(world_.time());
-    for (size_t i = 0; i < margins.size(); ++i) {
-      const double value = margins[i].last;
-      log.series[i].values.push_back(value < kNotMeasured ? value : std::nan(""));
-    }
-    margins_.ForgetLast();
-    const Eigen::VectorXd& q = observations_.at(runner_->plan().robot).q;
-    for (int i = 0; i < model.dof(); ++i) {
-      const double half = 0.5 * (model.upper()[i] - model.lower()[i]);
-      log.series[margins.size() + static_cast<size_t>(i)].values.push_back((q[i] - model.lower()[i]) / half -
-                                                                           1);
-    }
+  /// Hands the recorder what this tick is.
+  void Log(const robot::Commands* commands) {
+    if (recorder_ == nullptr) return;
+    recorder_->Observe({world_.time(), truth_, observations_, commands, *runner_, margins_, ActionsDone()});
   }
 
   /// Records what the executive did in this tick.
@@ -212,10 +212,6 @@ class Run {
       const execution::Event event = runner_->events()[seen_];
       if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
-      if (options_.log &&
-          (event.kind == execution::EventKind::kGrasped || event.kind == execution::EventKind::kReleased)) {
-        report_.log.marks.emplace_back(event.time, event.text);
-      }
       if (event.kind == execution::EventKind::kStalled) LogContacts();
       if (event.kind == execution::EventKind::kStepStarted ||
           event.kind == execution::EventKind::kStepFinished)
@@ -294,6 +290,7 @@ class Run {
 
   void Record(double time, const std::string& kind, int step, const std::string& text) {
     report_.events.push_back({time, kind, step, text});
+    if (recorder_ != nullptr) recorder_->Event(time, kind, step, text, runner_->plan());
     if (options_.on_event) options_.on_event(time, kind, text);
   }
 
@@ -311,6 +308,7 @@ class Run {
     while (name.ends_with("_")) name.pop_back();
     report_.snapshots.push_back((std::filesystem::path(options_.snapshots) / (name + ".png")).string());
     renderer_->WritePng(world_, report_.snapshots.back());
+    if (recorder_ != nullptr) recorder_->Picture(world_.time(), report_.snapshots.back());
   }
 
   int ActionsDone() const {
@@ -380,10 +378,10 @@ class Run {
   robot::Observations sensed_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
-  size_t logged_margins_ = 0;         ///< That have a series in the log.
   std::vector<std::string> started_;  ///< Actions that started in this tick.
   std::vector<bool> done_;            ///< Per disturbance.
   RunReport report_;
+  std::unique_ptr<RunRecorder> recorder_;  ///< Null: no log.
 };
 
 }  // namespace

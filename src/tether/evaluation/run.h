@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "tether/evaluation/judge.h"
+#include "tether/evaluation/log/log_settings.h"
 #include "tether/evaluation/margins/force_record.h"
 #include "tether/evaluation/margins/margins.h"
-#include "tether/evaluation/run_log.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/planning/plan/plan.h"
@@ -25,7 +25,8 @@ struct RunOptions {
   bool realtime = false;                   ///< Not faster than the clock on the wall.
   std::string snapshots;                   ///< Folder for a picture at each step boundary; empty: none.
   std::optional<task::TemporalGoal> goal;  ///< In place of the scenario's.
-  bool log = false;                        ///< Record margins and joints in RunReport::log.
+  LogSettings log;                         ///< Where to write what happens; its seed and goal are set.
+  bool replan = true;                      ///< Plan anew when what is observed no longer allows the plan.
   double settle_s = 1.0;  ///< Simulated time between the end of the plan and the judgement, s.
   const std::atomic<bool>* stop = nullptr;
   /// Called for everything that happens, in order: time (s), a word for the kind, text for people.
@@ -68,7 +69,7 @@ struct RunReport {
   ForceSummary forces;                           ///< That no step intends, while the plan ran.
   std::map<std::string, math::Pose> final_X_WO;  ///< Where each object is in the end, in the world.
   std::vector<std::string> snapshots;            ///< Files written.
-  RunLog log;                                    ///< If asked for.
+  std::string log_problem;  ///< Why the log is not whole; empty: it is, or there is none.
 
   bool ok() const { return status == RunStatus::kSuccess; }
 };

@@ -35,6 +35,23 @@ planning::ActingRobot MakeActingRobot(const Scenario& scenario, const scene::Sce
   return acting;
 }
 
+/// The arms that do not act: obstacles.
+std::vector<planning::ActingRobot> MakeOtherRobots(const Scenario& scenario, const scene::Scene& scene,
+                                                   const std::string& acting) {
+  std::vector<planning::ActingRobot> others;
+  for (const scene::Robot& robot : scene.robots) {
+    if (robot.name == acting) continue;
+    planning::ActingRobot other;
+    other.name = robot.name;
+    other.model = scenario.models.at(robot.name);
+    other.X_WBase = scene.InitialPose(robot.name);
+    other.q =
+        Eigen::Map<const Eigen::VectorXd>(robot.q.data(), static_cast<Eigen::Index>(robot.q.size()));
+    others.push_back(std::move(other));
+  }
+  return others;
+}
+
 nlp::Backend ChooseBackend(const Scenario& scenario, const std::string& override_name) {
   const nlp::Backend backend =
       nlp::ParseBackend(override_name.empty() ? scenario.planning.solver : override_name);
@@ -161,6 +178,8 @@ planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scen
       threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   problem.search.seed = overrides.seed.value_or(scenario.seed);
   problem.search.stop = overrides.stop;
+  problem.motion = !overrides.no_motion;
+  problem.others = MakeOtherRobots(scenario, scene, problem.robot.name);
   return problem;
 }
 

@@ -28,6 +28,7 @@ struct PlanningOverrides {
   size_t memory_limit = kDefaultMemoryLimit;  ///< Bytes; 0: no limit.
   std::optional<int> max_iterations;
   bool no_robot = false;
+  bool no_motion = false;  ///< Key poses alone, without the arm's motions between them.
   bool trace = false;  ///< Record every iteration.
   const std::atomic<bool>* stop = nullptr;
 };

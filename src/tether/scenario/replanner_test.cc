@@ -28,8 +28,8 @@ class ReplannerTest : public ::testing::Test {
     task::Product product(task_, scenario_.goal);
     symbolic::State state = *product.Start(), next = state;
     for (const std::string& name : actions) {
-      const int action = task_->FindAction(name);
-      if (action < 0 || !task_->IsApplicable(action, state) || !product.Apply(action, state, next))
+      const ActionId action = task_->FindAction(name);
+      if (!action.valid() || !task_->IsApplicable(action, state) || !product.Apply(action, state, next))
         return false;
       state = next;
     }

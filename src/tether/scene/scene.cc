@@ -15,6 +15,11 @@ const T* FindByName(const std::vector<T>& all, const std::string& name) {
 
 }  // namespace
 
+ObjectId Scene::FindObjectId(const std::string& name) const {
+  const Object* object = FindObject(name);
+  return object == nullptr ? ObjectId() : ObjectId(static_cast<int>(object - objects.data()));
+}
+
 const Object* Scene::FindObject(const std::string& name) const { return FindByName(objects, name); }
 const Region* Scene::FindRegion(const std::string& name) const { return FindByName(regions, name); }
 const Robot* Scene::FindRobot(const std::string& name) const { return FindByName(robots, name); }

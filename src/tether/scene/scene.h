@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/geometry/shape.h"
 #include "tether/math/pose.h"
 
@@ -64,6 +65,10 @@ class Scene {
   std::vector<Region> regions;
   std::vector<Robot> robots;
   std::map<std::string, std::vector<std::string>> groups;  ///< Named sets of regions.
+
+  const Object& object(ObjectId id) const { return objects[id.index()]; }
+  /// The object of that name; not valid if there is none.
+  ObjectId FindObjectId(const std::string& name) const;
 
   /// By name; null if there is none.
   const Object* FindObject(const std::string& name) const;

@@ -34,6 +34,8 @@ World::World(const scene::Scene& scene,
     : impl_(std::make_unique<Impl>(scene, models, options)) {}
 World::~World() = default;
 
+std::string PhysicsVersion() { return std::string("MuJoCo ") + mj_versionString(); }
+
 double World::time() const { return impl_->time(); }
 
 robot::Observations World::Observe() const {
@@ -155,6 +157,29 @@ double World::ContactForce(const std::string& a, const std::string& b) const {
     sum += force[0];
   }
   return sum;
+}
+
+std::vector<Contact> World::Contacts() const {
+  const mjModel* model = impl_->model.get();
+  const mjData* data = impl_->data.get();
+  std::map<std::pair<int, int>, double> sums;
+  for (int i = 0; i < data->ncon; ++i) {
+    const mjContact& contact = data->contact[i];
+    const int first = impl_->owner[model->geom_bodyid[contact.geom1]];
+    const int second = impl_->owner[model->geom_bodyid[contact.geom2]];
+    if (first < 0 || second < 0 || first == second) continue;
+    mjtNum force[6];
+    mj_contactForce(model, data, i, force);
+    sums[std::minmax(first, second)] += force[0];
+  }
+  const auto name = [&](int owner) -> const std::string& {
+    const auto objects = static_cast<int>(impl_->objects.size());
+    return owner < objects ? impl_->objects[static_cast<size_t>(owner)].name
+                           : impl_->robots[static_cast<size_t>(owner - objects)].name;
+  };
+  std::vector<Contact> contacts;
+  for (const auto& [pair, force] : sums) contacts.push_back({name(pair.first), name(pair.second), force});
+  return contacts;
 }
 
 World::Touch World::Touching(const std::string& a, const std::string& b) const {

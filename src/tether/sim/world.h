@@ -18,6 +18,15 @@ struct WorldOptions {
   double timestep = 0.001;  ///< Physics step, s.
 };
 
+/// The physics engine and its version: "MuJoCo 2.2.2".
+std::string PhysicsVersion();
+
+/// Two bodies that touch (object or robot names), and the sum of the normal forces between them.
+struct Contact {
+  std::string a, b;
+  double force = 0;  ///< N
+};
+
 /// Throws InputError for a scene that can't be simulated, as World does, but without the memory and the time
 /// that a World needs: only what may be refused is compiled, not the shipped robots and plain shapes. `X_WO`
 /// holds the initial poses of all objects.
@@ -59,6 +68,8 @@ class World : public robot::Interface {
   /// Sum of the normal contact forces between two bodies (object names, or robot names), N; 0 without
   /// contact.
   double ContactForce(const std::string& a, const std::string& b) const;
+  /// All pairs with contact, of objects and robots, in the scene's order: forces as ContactForce() gives them.
+  std::vector<Contact> Contacts() const;
 
   /// The same contact with how fast `b` moves into `a` where they touch: the fastest of their contact points,
   /// m/s; negative where `b` moves away, however `a` moves.

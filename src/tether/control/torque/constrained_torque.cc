@@ -216,7 +216,11 @@ void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
   } else {
     if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
     if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);
-    AddPosture(task.posture);
+    if (task.joints != nullptr) {
+      AddJoints(*task.joints);
+    } else {
+      AddPosture(task.posture);
+    }
   }
 }
 

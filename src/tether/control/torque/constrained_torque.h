@@ -69,6 +69,7 @@ struct TorqueTask {
   const Goal* goal = nullptr;        ///< Functions to bring to zero, at limited speeds.
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
+  const JointTarget* joints = nullptr;       ///< A path of the whole arm, in place of the posture.
 };
 
 /// What the last tick had to do besides following its task.

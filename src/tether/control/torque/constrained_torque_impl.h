@@ -56,6 +56,7 @@ struct ConstrainedTorque::Impl {
 
   // torque_objective.cc
   void AddHand(const HandTarget& target, double max_force);
+  void AddJoints(const JointTarget& joints);
   void AddGoal(const Goal& goal, double max_force);
   void AddPosture(const Eigen::VectorXd* posture);
   void AvoidSingularity();

@@ -31,8 +31,8 @@ constexpr double kHoldRate = 40;         // 1/s
 
 void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force) {
   const Vector6d V_BH = J * v;
-  Vector6d a = DesiredHandAcceleration(options.gains, kinematics.X_BH(), V_BH, target);
-  // What the servo would press with.
+  // What the servo would press with, beside what moves the arm's own mass along its reference.
+  Vector6d a = DesiredHandAcceleration(options.gains, kinematics.X_BH(), V_BH, target) - target.A_BH;
   const double L = options.rotation_weight;
   Vector6d scale;
   scale << 1, 1, 1, L, L, L;
@@ -49,6 +49,7 @@ void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force
     a *= most / pressed;
     flags.force_limit = true;
   }
+  a += target.A_BH;
   Vector6d bias;
   bias << motion.PointBias(n, kinematics.X_BH().p), motion.AngularBias(n);
   const Vector6d weights = scale.cwiseAbs2();
@@ -114,6 +115,13 @@ void ConstrainedTorque::Impl::AddPosture(const Eigen::VectorXd* posture) {
     wanted[i] += gains.limit_push * (below * below - above * above);
   }
   AvoidSingularity();
+  const double weight = 2 * options.null_weight;
+  H.noalias() += weight * M;
+  g.noalias() -= weight * (M * wanted);
+}
+
+void ConstrainedTorque::Impl::AddJoints(const JointTarget& joints) {
+  FollowJoints(options.gains, kinematics.q(), v, joints, &wanted);
   const double weight = 2 * options.null_weight;
   H.noalias() += weight * M;
   g.noalias() -= weight * (M * wanted);

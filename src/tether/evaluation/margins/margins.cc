@@ -92,7 +92,7 @@ double MarginMonitor::Distance(int a, int b, double below) const {
 }
 
 void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& runner) {
-  const int held = runner.held().empty() ? -1 : scene_.ObjectIndex(runner.held());
+  const int held = scene_.Find(runner.held()).value();
   for (const Clearance& clearance : clearances_) {
     const int b = bodies_.object(clearance.object);
     const std::string& name = bodies_.name(b);
@@ -155,7 +155,7 @@ void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Obse
     bodies_.Place(static_cast<int>(i), {X_BW * truth.X_WO.at(scene_.solids()[i].name)});
   }
   ObserveClearances(time, runner);
-  const int held = runner.held().empty() ? -1 : scene_.ObjectIndex(runner.held());
+  const int held = scene_.Find(runner.held()).value();
   for (size_t i = 0; i < fields_.size(); ++i) ObserveField(fields_[i], field_margins_[i], held, time);
   for (const control::FieldConstraint& field : runner.verb_fields()) {
     const auto known =

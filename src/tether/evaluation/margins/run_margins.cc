@@ -64,9 +64,12 @@ void RunMargins::Observe(const sim::World& world, const scene::WorldEstimate& tr
 }
 
 const std::vector<Margin>& RunMargins::margins() {
-  all_.clear();
-  if (uses_torques_) all_ = torques_.margins();
-  all_.insert(all_.end(), monitor_.margins().begin(), monitor_.margins().end());
+  const std::vector<Margin>& own = monitor_.margins();
+  const size_t torques = uses_torques_ ? torques_.margins().size() : 0;
+  all_.resize(torques +
+              own.size());  // Copied in place: twenty times a second, with the memory of the last time.
+  std::copy_n(torques_.margins().begin(), torques, all_.begin());
+  std::copy(own.begin(), own.end(), all_.begin() + static_cast<std::ptrdiff_t>(torques));
   return all_;
 }
 

@@ -45,7 +45,7 @@ void VacateMonitor::Allow(const execution::PlanRunner& runner) {
     if (held_.empty()) {
       controller_.Release();
     } else {
-      controller_.Hold(scene_.ObjectIndex(held_));
+      controller_.Hold(scene_.Find(held_).value());
     }
   }
   if (runner.allowed() == allowed_) return;
@@ -54,7 +54,7 @@ void VacateMonitor::Allow(const execution::PlanRunner& runner) {
   std::vector<std::pair<int, int>> pairs;
   const auto numbers = [&](const std::string& name) {
     std::vector<int> list;
-    if (const int object = scene_.ObjectIndex(name); object >= 0) list.push_back(bodies.object(object));
+    if (const ObjectId object = scene_.Find(name); object.valid()) list.push_back(bodies.object(object.value()));
     for (int body = 0; name == "hand" && body <= bodies.hand(); ++body) {
       if (bodies.link(body) == model_->dof()) list.push_back(body);
     }

@@ -30,6 +30,8 @@ std::string_view ToString(EventKind kind) {
       return "stalled";
     case EventKind::kDetour:
       return "detour";
+    case EventKind::kTransit:
+      return "transit";
     case EventKind::kReplanned:
       return "replanned";
     case EventKind::kClearance:

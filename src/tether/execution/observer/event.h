@@ -22,6 +22,7 @@ enum class EventKind {
   kPushSlipped,      ///< The pushed object is not where it was pushed to.
   kStalled,          ///< A verb made no progress.
   kDetour,           ///< The arm follows a path in joint space around what stopped it.
+  kTransit,          ///< The whole arm follows a path to where the step begins.
   kReplanned,        ///< The plan goes on with other actions, or another place, than it had.
   kClearance,        ///< The hand could not rise to a safe height, and went on below it.
   kRetry,            ///< Execution resumes at `step`.

@@ -6,15 +6,13 @@
 namespace tether::execution {
 namespace {
 
-// The last stretch is an exponential approach with this rate, 1/s.
-constexpr double kSettleRate = 12;
-
 // The velocity to have `error` away from the goal. It brakes with half of the acceleration, so that the other
 // half is left for turning towards a goal that moves.
-Eigen::Vector3d DesiredVelocity(const Eigen::Vector3d& error, double max_speed, double max_acceleration) {
+Eigen::Vector3d DesiredVelocity(const Eigen::Vector3d& error, double max_speed, double max_acceleration,
+                                double settle_rate) {
   const double distance = error.norm();
   if (distance < 1e-12) return Eigen::Vector3d::Zero();
-  const double speed = std::min({max_speed, std::sqrt(max_acceleration * distance), kSettleRate * distance});
+  const double speed = std::min({max_speed, std::sqrt(max_acceleration * distance), settle_rate * distance});
   return error * (speed / distance);
 }
 
@@ -25,17 +23,18 @@ Eigen::Vector3d Limited(const Eigen::Vector3d& v, double max) {
 
 }  // namespace
 
-void PoseReference::Reset(const math::Pose& X_TR, const math::Vector6d& V_TR) {
+void PoseReference::Reset(const math::Pose& X_TR, const math::Vector6d& V_TR, const math::Vector6d& A_TR) {
   X_TR_ = X_TR;
   V_TR_ = V_TR;
-  A_TR_.setZero();
+  A_TR_ = A_TR;
 }
 
 void PoseReference::Advance(const math::Pose& X_TG, const MotionLimits& limits, double dt) {
   const Eigen::Vector3d shift = X_TG.p - X_TR_.p;
   const Eigen::Vector3d turn = math::LogSO3(X_TG.R * X_TR_.R.transpose());
-  const Eigen::Vector3d v = DesiredVelocity(shift, limits.speed, limits.acceleration);
-  const Eigen::Vector3d w = DesiredVelocity(turn, limits.angular_speed, limits.angular_acceleration);
+  const Eigen::Vector3d v = DesiredVelocity(shift, limits.speed, limits.acceleration, limits.settle_rate);
+  const Eigen::Vector3d w =
+      DesiredVelocity(turn, limits.angular_speed, limits.angular_acceleration, limits.settle_rate);
   A_TR_.head<3>() = Limited((v - V_TR_.head<3>()) / dt, limits.acceleration);
   A_TR_.tail<3>() = Limited((w - V_TR_.tail<3>()) / dt, limits.angular_acceleration);
   V_TR_ += dt * A_TR_;

@@ -75,8 +75,8 @@ class ActionResolver {
   ResolvedPlan Resolve() {
     for (size_t i = 0; i < resolved_.plan.actions.size(); ++i) ResolveAction(static_cast<int>(i));
     planning::SetModes(&resolved_.plan);
-    for (size_t i = 0; i < resolved_.steps.size(); ++i) {
-      planning::PlanStep& step = resolved_.plan.steps[i];
+    for (const int i : resolved_.steps.ids()) {
+      planning::PlanStep& step = resolved_.plan.steps[ToIndex(i)];
       if (resolved_.steps[i].schema.target_is_region) step.mode = planning::StepMode::kRegion;
       resolved_.steps[i].grasp_step = step.grasp_step;
     }
@@ -87,7 +87,7 @@ class ActionResolver {
 
  private:
   void ResolveAction(int index) {
-    const std::string& action = resolved_.plan.actions[static_cast<size_t>(index)];
+    const std::string& action = resolved_.plan.actions[ToIndex(index)];
     const planning::ActionCall call = planning::ParseActionCall(action);
     const auto found = std::find_if(actions_.begin(), actions_.end(),
                                     [&](const auto& schema) { return schema.name == call.name; });
@@ -97,7 +97,7 @@ class ActionResolver {
       diagnostics_.Add({}, "action '" + call.name + "' has no geometry", SuggestFrom(call.name, known));
       return;
     }
-    const int start = static_cast<int>(resolved_.steps.size());
+    const int start = resolved_.steps.next_id();
     for (planning::StepSchema& schema : planning::BindAction(*found, call.arguments)) {
       ResolveStep(action, index, start, std::move(schema));
     }
@@ -108,7 +108,7 @@ class ActionResolver {
     if (schema.execute.empty()) schema.execute.emplace_back(planning::ReachVerb{});
     ResolvedStep step;
     step.action_start = start;
-    step.control = schema.control == "hand" ? kNone : FindObject(scene_, schema.control);
+    step.control = schema.control == "hand" ? kNone : scene_.FindObjectId(schema.control);
     step.tool = step.control;
     if (schema.control != "hand" && step.control == kNone) {
       diagnostics_.Add(schema.where, what + " controls '" + schema.control + "'",
@@ -116,7 +116,7 @@ class ActionResolver {
     }
     const bool region = scene_.FindRegion(schema.target) != nullptr;
     if (schema.target_is_region != region ||
-        (!region && schema.target != scene::kWorld && FindObject(scene_, schema.target) == kNone)) {
+        (!region && schema.target != scene::kWorld && scene_.FindObjectId(schema.target) == kNone)) {
       diagnostics_.Add(
           schema.where, what + " has the target '" + schema.target + "'",
           schema.target_is_region ? "a region is accepted" : "an object or the world is accepted");
@@ -142,7 +142,7 @@ class ActionResolver {
     step->close_on.push_back(kNone);
     step->specs.emplace_back();
     if (const auto* gripper = std::get_if<planning::GripperVerb>(&verb)) {
-      if (!gripper->close_on.empty()) step->close_on.back() = FindObject(scene_, gripper->close_on);
+      if (!gripper->close_on.empty()) step->close_on.back() = scene_.FindObjectId(gripper->close_on);
       return;
     }
     const auto* reach = std::get_if<planning::ReachVerb>(&verb);

@@ -23,7 +23,7 @@ constexpr double kLeastRadius = 0.001;
 control::Frame CarriedFrame(const std::string& name, const ControlScene& scene) {
   if (name == "hand") return {};
   if (name == "held") return {control::kHeld, {}};
-  return {scene.ObjectIndex(name), {}};
+  return {scene.Find(name).value(), {}};
 }
 
 }  // namespace
@@ -31,21 +31,21 @@ control::Frame CarriedFrame(const std::string& name, const ControlScene& scene) 
 ControlScene::ControlScene(const scene::Scene& scene, const std::string& robot)
     : scene_(scene), X_WBase_(scene.InitialPose(robot)) {
   for (const scene::Object& object : scene.objects) {
-    index_[object.name] = static_cast<int>(solids_.size());
+    index_[object.name] = ObjectId(solids_.size());
     solids_.push_back({object.name, object.shape, object.movable()});
   }
 }
 
-int ControlScene::ObjectIndex(const std::string& name) const {
+ObjectId ControlScene::Find(const std::string& name) const {
   const auto found = index_.find(name);
-  return found == index_.end() ? -1 : found->second;
+  return found == index_.end() ? ObjectId() : found->second;
 }
 
 control::Frame ControlScene::Target(const std::string& name) const {
   std::string frame = name.ends_with("/base") ? name.substr(0, name.size() - 5) : name;
   math::Pose X_FrameTarget;
   while (frame != scene::kWorld) {
-    if (const int object = ObjectIndex(frame); object >= 0) return {object, X_FrameTarget};
+    if (const ObjectId object = Find(frame); object.valid()) return {object.value(), X_FrameTarget};
     if (const scene::Region* region = scene_.FindRegion(frame)) {
       X_FrameTarget = region->X_ParentRegion * X_FrameTarget;
       frame = region->parent;
@@ -61,7 +61,7 @@ control::Frame ControlScene::Target(const std::string& name) const {
 
 std::string ControlScene::SupportOf(const std::string& name) const {
   const control::Frame frame = Target(name);
-  return frame.object < 0 ? "" : solids_[static_cast<size_t>(frame.object)].name;
+  return frame.object < 0 ? "" : solids_[ToIndex(frame.object)].name;
 }
 
 control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const ControlScene& scene) {

@@ -18,8 +18,8 @@ class ControlScene {
 
   const std::vector<control::Solid>& solids() const { return solids_; }
   const math::Pose& X_WBase() const { return X_WBase_; }
-  /// Number of an object; −1 for other names.
-  int ObjectIndex(const std::string& name) const;
+  /// Not valid for other names.
+  ObjectId Find(const std::string& name) const;
   /// A frame by name, as a target: what is attached to an object moves with it. "r/base" is a robot's base.
   control::Frame Target(const std::string& name) const;
   /// The object that a frame is attached to, or itself; empty for what is attached to the world.
@@ -28,7 +28,7 @@ class ControlScene {
  private:
   const scene::Scene& scene_;
   std::vector<control::Solid> solids_;
-  std::map<std::string, int> index_;
+  std::map<std::string, ObjectId> index_;
   math::Pose X_WBase_;
 };
 

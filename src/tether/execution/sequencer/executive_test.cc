@@ -113,8 +113,8 @@ TEST(Executive, ResolvesWhoPushes) {
   const ResolvedPlan resolved = Resolve(scene, plan);
   EXPECT_FALSE(resolved.steps[1].push);
   EXPECT_TRUE(resolved.steps[2].push);
-  EXPECT_EQ(resolved.steps[2].tool, 1);
-  EXPECT_EQ(resolved.steps[2].control, 2);
+  EXPECT_EQ(resolved.steps[2].tool, ObjectId(1));
+  EXPECT_EQ(resolved.steps[2].control, ObjectId(2));
   EXPECT_EQ(resolved.steps[2].X_CTool.p, X_OtherBox.p);
   EXPECT_EQ(resolved.steps[2].action_start, 1);
   EXPECT_EQ(resolved.steps[3].grasp_step, 0);
@@ -131,7 +131,7 @@ TEST(Executive, RegionsAreTargets) {
   planning::Plan plan = PickAndPlace();
   plan.steps[1].target = "goal";
   const ResolvedPlan resolved = Resolve(scene, plan);
-  EXPECT_EQ(resolved.steps[1].target.object, 2);
+  EXPECT_EQ(resolved.steps[1].target.object, ObjectId(2));
   EXPECT_EQ(resolved.steps[1].target.X_OF.p.z(), 0.025);
 }
 

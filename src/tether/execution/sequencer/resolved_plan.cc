@@ -54,19 +54,12 @@ std::string CheckVerb(const planning::Verb& verb) {
 
 }  // namespace
 
-int FindObject(const scene::Scene& scene, const std::string& name) {
-  for (size_t i = 0; i < scene.objects.size(); ++i) {
-    if (scene.objects[i].name == name) return static_cast<int>(i);
-  }
-  return kNone;
-}
-
 std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name) {
   math::Pose X_NameFrame;
   std::string frame = name;
   for (size_t depth = 0; depth <= scene.regions.size() + scene.robots.size(); ++depth) {
     if (frame == scene::kWorld) return AttachedFrame{kNone, X_NameFrame};
-    if (const int object = FindObject(scene, frame); object != kNone)
+    if (const ObjectId object = scene.FindObjectId(frame); object != kNone)
       return AttachedFrame{object, X_NameFrame};
     if (const scene::Region* region = scene.FindRegion(frame)) {
       X_NameFrame = region->X_ParentRegion * X_NameFrame;
@@ -101,7 +94,7 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
     if (step.execute.empty()) step.execute.emplace_back(planning::ReachVerb{});
     if (!Finite(step.X_TC)) diagnostics.Add({}, where + "the pose is not finite");
     if (step.control != "hand") {
-      r.control = FindObject(scene, step.control);
+      r.control = scene.FindObjectId(step.control);
       if (r.control == kNone) {
         diagnostics.Add({}, where + "unknown control frame '" + step.control + "'",
                         UnknownName(step.control, FrameNames(scene, true)));
@@ -116,7 +109,7 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
     const bool same_action = i > 0 && plan.steps[i - 1].action_index == step.action_index;
     r.action_start = same_action ? resolved.steps.back().action_start : static_cast<int>(i);
     r.grasp_step = step.grasp_step;
-    r.tool = FindObject(scene, step.tool);
+    r.tool = scene.FindObjectId(step.tool);
     r.push = step.mode == planning::StepMode::kPush;
     if (step.X_CTool) r.X_CTool = *step.X_CTool;
     if (r.push && !step.X_CTool) {
@@ -137,7 +130,7 @@ ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {
       const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
       if (gripper == nullptr) continue;
       if (gripper->close_on.empty()) continue;
-      r.close_on.back() = FindObject(scene, gripper->close_on);
+      r.close_on.back() = scene.FindObjectId(gripper->close_on);
       if (r.close_on.back() == kNone) {
         diagnostics.Add({},
                         where + "the gripper closes on '" + gripper->close_on + "', which is not an object",

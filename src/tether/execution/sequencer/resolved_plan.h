@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/planning/skeleton/action.h"
@@ -12,11 +13,13 @@
 
 namespace tether::execution {
 
-inline constexpr int kNone = -1;
+/// No object: the hand itself, the world, nothing.
+inline constexpr ObjectId kNone{};
+inline constexpr int kNoStep = -1;
 
 /// A frame fixed to an object of the scene, or to the world (`object` is kNone).
 struct AttachedFrame {
-  int object = kNone;
+  ObjectId object;
   math::Pose X_OF;
 };
 
@@ -24,28 +27,26 @@ struct AttachedFrame {
 /// X_TC · X_CTool in the target frame T.
 struct ResolvedStep {
   AttachedFrame target;
-  int control = kNone;        ///< Object index; kNone: the hand.
-  int tool = kNone;           ///< Object index; kNone: the hand.
-  bool push = false;          ///< The control frame is moved by the tool.
-  math::Pose X_CTool;         ///< Identity unless this is a push.
-  int first_reach = 0;        ///< Index of the first reach among the verbs.
-  int grasp_step = kNone;     ///< The step that grasped what is held as this one begins.
-  int action_start = 0;       ///< First step of the same action.
-  std::vector<int> close_on;  ///< Per verb: object index, or kNone.
+  ObjectId control;                       ///< kNone: the hand.
+  ObjectId tool;                          ///< kNone: the hand.
+  bool push = false;                      ///< The control frame is moved by the tool.
+  math::Pose X_CTool;                     ///< Identity unless this is a push.
+  int first_reach = 0;                    ///< Index of the first reach among the verbs.
+  int grasp_step = kNoStep;               ///< The step that grasped what is held as this one begins.
+  int action_start = 0;                   ///< First step of the same action.
+  IndexedVector<int, ObjectId> close_on;  ///< Per verb: what the gripper closes on, or kNone.
 
   // Of steps that ResolveActions() has bound.
   planning::StepSchema schema;
-  std::optional<math::Pose> X_TC;                           ///< The plan's key pose, if it has one.
-  std::vector<std::vector<control::ConstraintSpec>> specs;  ///< Per verb: its own constraints.
+  std::optional<math::Pose> X_TC;                                  ///< The plan's key pose, if it has one.
+  IndexedVector<int, std::vector<control::ConstraintSpec>> specs;  ///< Per verb: its own constraints.
 };
 
 struct ResolvedPlan {
   planning::Plan plan;
-  std::vector<ResolvedStep> steps;
+  IndexedVector<int, ResolvedStep> steps;
 };
 
-/// Index of an object; kNone: there is none of that name.
-int FindObject(const scene::Scene& scene, const std::string& name);
 /// A frame by name: a region, or a robot's base, is fixed to the object, if any, that it descends from.
 std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name);
 

@@ -39,9 +39,16 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   const auto seen = observations.find(s_.robot);
   assert(seen != observations.end());
   Sense(estimate, seen->second);
+  for (OtherArm& other : s_.others) {
+    const auto found = observations.find(other.name);
+    if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
+  }
   if (s_.trustworthy) {
     if (!started_) Begin();
-    if (waiting_) {
+    Watch();
+    if (ContinueLoop()) {
+      // The arm rests until there is a plan.
+    } else if (waiting_) {
       WaitToRetry();
     } else {
       if (running()) WatchGrasp();
@@ -56,6 +63,8 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
 void Sequencer::Begin() {
   started_ = true;
   servo_->Begin();
+  if (options_.replanning.plan_anew)
+    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions);
   if (s_.in_plan()) {
     EnterStep(0);
   } else {
@@ -69,6 +78,7 @@ void Sequencer::EnterStep(int index) {
   s_.recovering = false;
   s_.released = kNone;
   const bool first = s_.current().action_start == index;
+  if (first && !AllowsAction(s_.plan_step().action_index)) return;
   StepRecord& record = s_.record();
   record.start = s_.time;
   ++record.attempts;
@@ -90,8 +100,13 @@ void Sequencer::FinishStep() {
   s_.Record(EventKind::kStepFinished,
             s_.plan_step().action + ": " + Length(record.position_error) + " from its pose");
   if (MissedItsRegion()) return;
-  if (s_.step + 1 < s_.num_steps()) {
+  const int action = s_.plan_step().action_index;
+  const bool last = s_.step + 1 == s_.num_steps();
+  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) monitor_->Finish(action);
+  if (!last) {
     EnterStep(s_.step + 1);
+  } else if (monitor_) {
+    Verify();
   } else {
     Finish("");
   }
@@ -113,7 +128,7 @@ Progress Sequencer::RunVerb() {
     Progress operator()(const planning::WaitVerb& verb) { return sequencer.Wait(verb); }
   };
   if (!entered_) verb_start_ = s_.time;
-  return std::visit(Run{*this}, s_.verbs()[static_cast<size_t>(s_.verb)]);
+  return std::visit(Run{*this}, s_.present_verb());
 }
 
 void Sequencer::Advance() {
@@ -184,7 +199,7 @@ void Sequencer::Recover(bool open) {
 
 void Sequencer::GiveUp(const std::string& reason) {
   std::string why;
-  if (TryAlternative(&why)) return;
+  if (monitor_ ? AskForPlan(reason, &why) : TryAlternative(&why)) return;
   Fail(why.empty() ? reason : reason + "; " + why);
 }
 
@@ -195,13 +210,23 @@ bool Sequencer::TryAlternative(std::string* why) {
     return false;
   }
   const int action = s_.plan_step().action_index;
-  const std::string blocked = s_.plan.actions[static_cast<size_t>(action)];
+  const std::string blocked = s_.plan.actions[ToIndex(action)];
   planning::Plan next = s_.plan;
-  next.actions.resize(static_cast<size_t>(action));
+  next.actions.resize(ToIndex(action));
   const auto found = options_.alternative(next.actions, blocked, *why);
   if (!found) return false;
   next.actions.insert(next.actions.end(), found->begin(), found->end());
   std::erase_if(next.steps, [&](const planning::PlanStep& step) { return step.action_index >= action; });
+  if (!Adopt(std::move(next), action, why)) return false;
+  LetGoOfWhatWasJustGrasped();
+  std::string text = "without " + blocked + ":";
+  for (const std::string& name : *found) text += " " + name;
+  s_.Record(EventKind::kReplanned, text);
+  EnterStep(s_.step);
+  return true;
+}
+
+bool Sequencer::Adopt(planning::Plan next, int action, std::string* why) {
   try {
     ResolvedPlan resolved = resolve_(std::move(next));
     s_.plan = std::move(resolved.plan);
@@ -216,28 +241,25 @@ bool Sequencer::TryAlternative(std::string* why) {
                    [&](const planning::PlanStep& step) { return step.action_index >= action; });
   s_.step = static_cast<int>(first - s_.plan.steps.begin());
   s_.records.resize(s_.steps.size());
-  for (size_t i = static_cast<size_t>(s_.step); i < s_.records.size(); ++i) {
+  for (int i = s_.step; i < s_.records.next_id(); ++i) {
     s_.records[i] = {};
-    s_.records[i].step = static_cast<int>(i);
-  }
-  if (s_.held != kNone && s_.held != held_before_) {
-    // It was grasped by the action that is given up.
-    s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
-    Release();
-    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
-    s_.gripper.opening = s_.model->gripper().max_opening;
+    s_.records[i].step = i;
   }
   std::erase_if(s_.retries, [&](const auto& entry) { return entry.first >= action; });
-  std::string text = "without " + blocked + ":";
-  for (const std::string& name : *found) text += " " + name;
-  s_.Record(EventKind::kReplanned, text);
-  EnterStep(s_.step);
   return true;
+}
+
+void Sequencer::LetGoOfWhatWasJustGrasped() {
+  if (s_.held == kNone || s_.held == held_before_) return;
+  s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
+  Release();
+  s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
+  s_.gripper.opening = s_.model->gripper().max_opening;
 }
 
 void Sequencer::Fail(const std::string& reason) {
   s_.status.state = ExecutiveStatus::State::kFailed;
-  s_.status.reason = s_.plan_step().action + ": " + reason;
+  s_.status.reason = s_.in_plan() ? s_.plan_step().action + ": " + reason : reason;
   s_.Record(EventKind::kFailed, s_.status.reason);
 }
 

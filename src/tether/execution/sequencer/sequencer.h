@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/monitor.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -44,7 +46,7 @@ class Sequencer : public PlanRunner {
   int step() const override { return s_.step; }
   const std::string& held() const override;
   const std::vector<Event>& events() const override { return s_.events; }
-  const std::vector<StepRecord>& records() const override { return s_.records; }
+  const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
   const std::vector<std::pair<std::string, std::string>>& allowed() const override {
@@ -70,11 +72,22 @@ class Sequencer : public PlanRunner {
   void Recover(bool open);
   void GiveUp(const std::string& reason);
   bool TryAlternative(std::string* why);
+  /// The plan goes on with what `next` has from `action` on.
+  bool Adopt(planning::Plan next, int action, std::string* why);
+  void LetGoOfWhatWasJustGrasped();
   void Fail(const std::string& reason);
+
+  // sequencer_loop.cc: the plan is made anew where what is observed no longer allows it.
+  void Watch();
+  bool ContinueLoop();
+  bool AskForPlan(const std::string& reason, std::string* why);
+  void AdoptAnswer();
+  bool AllowsAction(int action);
+  void Verify();
 
   // sequencer_sensing.cc
   void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
-  void Track(size_t object, const math::Pose* measured, bool news);
+  void Track(ObjectId object, const math::Pose* measured, bool news);
   bool IsFresh() const;
   void FollowHeld(const scene::WorldEstimate& estimate, bool news);
 
@@ -83,7 +96,7 @@ class Sequencer : public PlanRunner {
   void BeginGrip(const planning::GripperVerb& verb);
   Progress JudgeGrasp();
   /// What fingers must close with so that an object of this mass (kg) does not slip, N at each pad.
-  double HoldingForce(int object, double mass) const;
+  double HoldingForce(ObjectId object, double mass) const;
   void WatchGrip(double slip);
   Progress Wait(const planning::WaitVerb& verb);
   void Release();
@@ -97,8 +110,8 @@ class Sequencer : public PlanRunner {
   const SequencerOptions options_;
   robot::Commands commands_;
 
-  std::vector<FrameTracker> trackers_;
-  std::vector<bool> invalid_;  ///< By object: its last pose was not finite.
+  IndexedVector<ObjectId, FrameTracker> trackers_;
+  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   struct TimedPose {
     double time = -1;
@@ -106,7 +119,7 @@ class Sequencer : public PlanRunner {
   };
   std::vector<TimedPose> hands_;  ///< Where the hand was in the last ticks, as a ring.
   size_t next_hand_ = 0;
-  int followed_ = kNone;      ///< The held object that X_HO_ is of …
+  ObjectId followed_;         ///< The held object that X_HO_ is of …
   math::Pose X_HO_;           ///< … which is how it lies in the hand, as far as measurements say …
   double followed_time_ = 0;  ///< … of up to this time, s.
   bool sensed_ = false;
@@ -116,15 +129,28 @@ class Sequencer : public PlanRunner {
   double verb_start_ = 0;
   double last_opening_ = 0;
   double quiet_since_ = 0;
-  double held_width_ = 0;    ///< Between the fingers as it was grasped, m.
-  double slipped_ = 0;       ///< So far, since it was grasped: the fingers have closed harder for it, m.
-  double told_force_ = 0;    ///< N
-  double lost_since_ = -1;   ///< The grasp looks lost since then, s; −1: it does not.
-  int held_before_ = kNone;  ///< What the hand held when the present action began.
+  double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
+  double slipped_ = 0;      ///< So far, since it was grasped: the fingers have closed harder for it, m.
+  double told_force_ = 0;   ///< N
+  double lost_since_ = -1;  ///< The grasp looks lost since then, s; −1: it does not.
+  ObjectId held_before_;    ///< What the hand held when the present action began.
   int retry_count_ = 0;
   double last_retry_ = -std::numeric_limits<double>::infinity();
   std::optional<Progress> waiting_;  ///< A failure whose retry is not due yet.
   int replans_ = 0;
+
+  /// A plan that was asked for.
+  struct Pending {
+    std::future<PlanAnswer> answer;
+    int action = 0;  ///< It takes the place of the plan's actions from this one on.
+    double due = 0;  ///< s
+    std::string reason;
+  };
+  std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
+  std::optional<Pending> pending_;
+  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
+  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 
 }  // namespace tether::execution

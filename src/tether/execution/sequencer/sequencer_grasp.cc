@@ -43,8 +43,8 @@ void Sequencer::BeginGrip(const planning::GripperVerb& verb) {
   quiet_since_ = s_.time;
   if (!verb.close_on.empty()) {
     s_.gripper.mode = robot::GripperCommand::Mode::kForce;
-    const int object = s_.recovering ? kNone : s_.current().close_on[static_cast<size_t>(s_.verb)];
-    const double mass = object == kNone ? 0 : s_.scene.objects[static_cast<size_t>(object)].mass.value_or(0);
+    const ObjectId object = s_.recovering ? kNone : s_.current().close_on[s_.verb];
+    const double mass = object == kNone ? 0 : s_.object(object).mass.value_or(0);
     s_.gripper.force =
         std::min(std::max(verb.force, HoldingForce(object, mass)), s_.model->gripper().max_force);
     slipped_ = told_force_ = 0;
@@ -79,11 +79,11 @@ Progress Sequencer::Grip(const planning::GripperVerb& verb) {
 }
 
 Progress Sequencer::JudgeGrasp() {
-  const int object = s_.recovering ? kNone : s_.current().close_on[static_cast<size_t>(s_.verb)];
+  const ObjectId object = s_.recovering ? kNone : s_.current().close_on[s_.verb];
   if (object == kNone)
     return Progress::Retry(EventKind::kGraspMissed, "there is nothing to close on", s_.step, true);
-  const scene::Object& taken = s_.scene.objects[static_cast<size_t>(object)];
-  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[static_cast<size_t>(object)].X);
+  const scene::Object& taken = s_.object(object);
+  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[object].X);
   const std::string wrong =
       WrongWidth(s_.opening, taken.shape, X_HO, s_.model->gripper(), options_.least_width);
   if (!wrong.empty()) {
@@ -111,9 +111,9 @@ Progress Sequencer::Wait(const planning::WaitVerb& verb) {
 }
 
 // Coulomb friction at two pads carries the weight and what accelerates it.
-double Sequencer::HoldingForce(int object, double mass) const {
+double Sequencer::HoldingForce(ObjectId object, double mass) const {
   if (object == kNone) return 0;
-  const double friction = scene::PairFriction(s_.scene.objects[static_cast<size_t>(object)].friction,
+  const double friction = scene::PairFriction(s_.object(object).friction,
                                               s_.model->gripper().pad_friction);
   return kGripSafety * mass * (robot::kGravity + kGripAcceleration) /
          (2 * std::max(friction, kLeastFriction));
@@ -139,7 +139,7 @@ void Sequencer::WatchGrip(double slip) {
 
 void Sequencer::WatchGrasp() {
   if (s_.held == kNone) return;
-  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[static_cast<size_t>(s_.held)].X);
+  const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[s_.held].X);
   const bool slipped = (X_HO.p - s_.X_HO_grasp.p).norm() > options_.slip_distance ||
                        math::AngleBetween(X_HO.R, s_.X_HO_grasp.R) > options_.slip_angle;
   const bool empty =
@@ -152,11 +152,11 @@ void Sequencer::WatchGrasp() {
   if (lost_since_ < 0) lost_since_ = s_.time;
   if (s_.time - lost_since_ < options_.lost_time) return;
   const std::string name = "'" + s_.object_name(s_.held) + "'";
-  const int grasp = s_.recovering ? kNone : s_.GraspStep(s_.held);
+  const int grasp = s_.recovering ? kNoStep : s_.GraspStep(s_.held);
   Release();
   Abort(Progress::Retry(EventKind::kGraspLost,
                         empty ? name + " is no longer between the fingers" : name + " slipped away",
-                        grasp == kNone ? s_.step : grasp, true));
+                        grasp == kNoStep ? s_.step : grasp, true));
 }
 
 // What was released in this step stands beside its target region: it is grasped again, and where that did not
@@ -166,18 +166,18 @@ bool Sequencer::MissedItsRegion() {
   if (s_.released == kNone || !schema.target_is_region) return false;
   const scene::Region& region = *s_.scene.FindRegion(schema.target);
   if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return false;
-  const auto object = static_cast<size_t>(s_.released);
+  const ObjectId object = s_.released;
   const scene::RegionFit fit = scene::FitRegion(region.form, s_.X_WF(s_.current().target),
-                                                s_.scene.objects[object].shape, s_.objects[object].X);
+                                                s_.object(object).shape, s_.objects[object].X);
   if (fit.Holds()) return false;
   const std::string reason =
-      "'" + s_.scene.objects[object].name + "' is not in '" + region.name + "': " + Misfit(fit);
+      "'" + s_.object_name(object) + "' is not in '" + region.name + "': " + Misfit(fit);
   const int grasp = s_.GraspStep(s_.released);
-  if (grasp == kNone) {
+  if (grasp == kNoStep) {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", and no earlier step of the plan grasps it"));
     return true;
   }
-  const int action = s_.plan.steps[static_cast<size_t>(grasp)].action_index;
+  const int action = s_.plan_step(grasp).action_index;
   if (s_.retries[action] >= options_.max_retries) {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", although it was grasped again " +
                                                         std::to_string(options_.max_retries) + " times"));

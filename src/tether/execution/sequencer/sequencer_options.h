@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tether/common/error.h"
+#include "tether/execution/monitor/replanning.h"
 #include "tether/execution/servo/progress.h"
 
 namespace tether::execution {
@@ -48,6 +49,7 @@ struct SequencerOptions {
   GripperSettling gripper;
   Alternative alternative;   ///< Asked when an action can't be done; none: the run fails then.
   int max_alternatives = 4;  ///< So often, per run.
+  ReplanningOptions replanning;
 
   ProgressWatch::Options watch() const { return {least_progress, stall_time, verb_timeout}; }
   /// Reports every field that is not finite or not positive.

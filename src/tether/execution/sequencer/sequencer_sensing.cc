@@ -18,7 +18,7 @@ bool IsFinite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); 
 
 // The pose of an object that is not finite, or that the estimate lacks, is its last one: where poses are
 // filtered, moved on as it moved; else at rest.
-void Sequencer::Track(size_t object, const math::Pose* measured, bool news) {
+void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
   control::MovingPose& now = s_.objects[object];
   FrameTracker& tracker = trackers_[object];
   const bool usable = measured != nullptr && IsFinite(*measured);
@@ -26,7 +26,7 @@ void Sequencer::Track(size_t object, const math::Pose* measured, bool news) {
   // Measured when it was taken, which may be some time ago.
   if (options_.filters_poses) {
     if (!sensed_) {
-      tracker.Reset(usable ? *measured : s_.scene.InitialPose(s_.scene.objects[object].name), estimate_time_);
+      tracker.Reset(usable ? *measured : s_.scene.InitialPose(s_.object_name(object)), estimate_time_);
     } else if (news && usable) {
       tracker.Predict(estimate_time_);
       tracker.Correct(*measured);
@@ -48,7 +48,7 @@ void Sequencer::Track(size_t object, const math::Pose* measured, bool news) {
   }
   if (bad && (news || !sensed_) && !invalid_[object]) {
     s_.Record(EventKind::kEstimateInvalid,
-              "the pose of '" + s_.scene.objects[object].name + "' is not finite; the last one is used");
+              "the pose of '" + s_.object_name(object) + "' is not finite; the last one is used");
   }
   if (news || !sensed_) invalid_[object] = !usable;
 }
@@ -60,8 +60,8 @@ void Sequencer::Sense(const scene::WorldEstimate& estimate, const robot::Observa
   if (std::isfinite(seen.time)) s_.time = std::max(seen.time, estimate.time);
   const bool news = estimate.time > estimate_time_;
   if (news) estimate_time_ = estimate.time;
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    const auto found = estimate.X_WO.find(s_.scene.objects[i].name);
+  for (const ObjectId i : s_.objects.ids()) {
+    const auto found = estimate.X_WO.find(s_.object_name(i));
     Track(i, found == estimate.X_WO.end() ? nullptr : &found->second, news);
   }
   sensed_ = true;
@@ -83,14 +83,14 @@ void Sequencer::FollowHeld(const scene::WorldEstimate& estimate, bool news) {
   hands_[next_hand_] = {s_.time, s_.X_WH};
   next_hand_ = (next_hand_ + 1) % hands_.size();
   if (s_.held == kNone) return;
-  const auto object = static_cast<size_t>(s_.held);
+  const ObjectId object = s_.held;
   if (s_.held != followed_) {
     followed_ = s_.held;
     X_HO_ = s_.X_HO_grasp;
     followed_time_ = estimate_time_;
   }
   if (trackers_[object].exact() && IsFresh()) return;
-  const auto found = estimate.X_WO.find(s_.scene.objects[object].name);
+  const auto found = estimate.X_WO.find(s_.object_name(object));
   if (news && found != estimate.X_WO.end() && IsFinite(found->second)) {
     const TimedPose* then = &hands_.front();
     for (const TimedPose& hand : hands_) {

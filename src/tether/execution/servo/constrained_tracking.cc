@@ -13,6 +13,11 @@ constexpr double kSameEvent = 1.0;
 constexpr double kTouching = 0.004;
 constexpr double kClear = 0.01;
 
+// A joint this near to its limit is at it, beside what the controller keeps, rad.
+constexpr double kAtLimit = 0.03;
+// A hand that is kept from its pose by less is not pressed on, N.
+constexpr double kPressed = 4;
+
 }  // namespace
 
 void ReferenceServo::MakeServo() {
@@ -25,17 +30,16 @@ void ReferenceServo::MakeServo() {
 // The hand may touch what the step is about and what it holds; what it holds may touch the step's target and
 // what it stood on; what was touched before stays allowed while the arm recovers.
 void ReferenceServo::WatchSupports() {
-  const auto distance = [this](int object) {
-    const auto held = static_cast<size_t>(s_.held), other = static_cast<size_t>(object);
-    return geometry::SignedDistance(s_.scene.objects[held].shape, X_WO(s_.held),
-                                    s_.scene.objects[other].shape, X_WO(object))
+  const auto distance = [this](ObjectId object) {
+    return geometry::SignedDistance(s_.object(s_.held).shape, X_WO(s_.held), s_.object(object).shape,
+                                    X_WO(object))
         .distance;
   };
   if (s_.held != supported_) {
     supported_ = s_.held;
     supports_.clear();
-    for (int i = 0; s_.held != kNone && i < static_cast<int>(s_.objects.size()); ++i) {
-      if (i != s_.held && distance(i) < kTouching) supports_.push_back(i);
+    for (const ObjectId i : s_.objects.ids()) {
+      if (s_.held != kNone && i != s_.held && distance(i) < kTouching) supports_.push_back(i);
     }
   }
   for (size_t i = 0; i < supports_.size();) {
@@ -50,13 +54,13 @@ void ReferenceServo::WatchSupports() {
 bool ReferenceServo::FindAllowed() {
   WatchSupports();
   touching_.clear();
-  const auto allow = [this](int of, int to) {
+  const auto allow = [this](ObjectId of, ObjectId to) {
     if (to == kNone || of == to) return;
     const Touch touch{of, to};
     if (std::find(touching_.begin(), touching_.end(), touch) == touching_.end()) touching_.push_back(touch);
   };
-  const auto with = [&](int of) {
-    if (s_.step < static_cast<int>(s_.steps.size())) {
+  const auto with = [&](ObjectId of) {
+    if (s_.in_plan()) {
       allow(of, s_.current().control);
       allow(of, s_.current().target.object);
       allow(of, s_.current().tool);
@@ -66,15 +70,15 @@ bool ReferenceServo::FindAllowed() {
       allow(of, before_recovery_.held);
       allow(of, before_recovery_.released);
     }
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      if (s_.held != kNone && carried_[i]) allow(of, static_cast<int>(i));
+    for (const ObjectId i : s_.objects.ids()) {
+      if (s_.held != kNone && carried_[i]) allow(of, i);
     }
   };
   with(kTouchingHand);
   if (s_.held != kNone) {
     allow(kTouchingHand, s_.held);
     with(s_.held);
-    for (const int support : supports_) allow(s_.held, support);
+    for (const ObjectId support : supports_) allow(s_.held, support);
   }
   return touching_ != named_;
 }
@@ -83,8 +87,7 @@ void ReferenceServo::NameAllowed() {
   named_.assign(touching_.begin(), touching_.end());
   allowed_.clear();
   for (const auto& [of, to] : touching_) {
-    allowed_.emplace_back(of == kTouchingHand ? "hand" : s_.scene.objects[static_cast<size_t>(of)].name,
-                          s_.scene.objects[static_cast<size_t>(to)].name);
+    allowed_.emplace_back(of == kTouchingHand ? "hand" : s_.object(of).name, s_.object(to).name);
   }
 }
 
@@ -94,8 +97,9 @@ double ReferenceServo::MaxForce() const {
 }
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
-  command->torque = servo_->Compute(
-      {state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, touching_, MaxForce()});
+  const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
+  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held,
+                                     touching_, MaxForce(), transit_.active() ? &joints : nullptr});
   WatchServo();
 }
 
@@ -123,6 +127,35 @@ void ReferenceServo::WatchServo() {
     s_.Record(EventKind::kSafety, "a joint is beyond its limit; it comes back");
     limit_reported_ = true;
   }
+}
+
+std::string ReferenceServo::WhatHoldsUp() const {
+  std::string text;
+  const auto add = [&text](const std::string& reason) { text += (text.empty() ? ": " : "; ") + reason; };
+  if (servo_) {
+    const control::Contact& contact = servo_->controller().contact();
+    if (const std::string rows = servo_->DescribeBinding(); !rows.empty()) add("held up by " + rows);
+    if (contact.active) {
+      add("something presses on the arm with " + Fixed(contact.force, 0) + " N");
+    } else if (servo_->flags().force_limit) {
+      add("no more than " + Fixed(MaxForce(), 0) + " N are pressed with ('max_force')");
+    }
+  }
+  double kept = kAtLimit;
+  if (servo_) {
+    const control::TorqueOptions& options = servo_->controller().options();
+    kept += options.joint_margin + options.limit_gap;
+  }
+  for (int i = 0; i < s_.model->dof(); ++i) {
+    if (s_.q[i] > s_.model->lower()[i] + kept && s_.q[i] < s_.model->upper()[i] - kept) continue;
+    add(s_.model->joint_names()[static_cast<size_t>(i)] + " is at its limit");
+  }
+  const bool singular = servo_ ? servo_->flags().singular : controller_.flags().singular;
+  if (singular) add("the arm is stretched or folded so far that the hand hardly moves (singular)");
+  if (!text.empty()) return text;
+  const double force = HandWrench(state_, s_.tau_external).head<3>().norm();
+  if (s_.held == kNone && force > kPressed) add("something presses on the hand with " + Fixed(force, 0) + " N");
+  return text;
 }
 
 }  // namespace tether::execution

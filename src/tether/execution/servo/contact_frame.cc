@@ -15,17 +15,15 @@ constexpr double kClear = 0.01;
 }  // namespace
 
 // What the object was put on last, or stood on at the start.
-int ReferenceServo::CarrierOf(int object) const {
-  const int last = std::min(s_.step, static_cast<int>(s_.steps.size()) - 1);
+ObjectId ReferenceServo::CarrierOf(ObjectId object) const {
+  const int last = std::min(s_.step, s_.num_steps() - 1);
   for (int s = last; s >= 0; --s) {
-    const ResolvedStep& step = s_.steps[static_cast<size_t>(s)];
+    const ResolvedStep& step = s_.steps[s];
     if (step.control == object && step.target.object != object) return step.target.object;
   }
-  std::string parent = s_.scene.objects[static_cast<size_t>(object)].parent;
+  std::string parent = s_.object(object).parent;
   for (size_t depth = 0; depth <= s_.scene.regions.size(); ++depth) {
-    for (size_t i = 0; i < s_.scene.objects.size(); ++i) {
-      if (s_.scene.objects[i].name == parent) return static_cast<int>(i);
-    }
+    if (const ObjectId found = s_.scene.FindObjectId(parent); found.valid()) return found;
     const scene::Region* region = s_.scene.FindRegion(parent);
     if (region == nullptr) return kNone;
     parent = region->parent;
@@ -33,9 +31,9 @@ int ReferenceServo::CarrierOf(int object) const {
   return kNone;
 }
 
-bool ReferenceServo::IsCarriedBy(int carrier, int object) const {
+bool ReferenceServo::IsCarriedBy(ObjectId carrier, ObjectId object) const {
   for (size_t hops = 0; hops < s_.objects.size(); ++hops) {
-    const int below = CarrierOf(object);
+    const ObjectId below = CarrierOf(object);
     if (below == carrier) return true;
     if (below == kNone || below == object) return false;
     object = below;
@@ -47,7 +45,7 @@ Contact ReferenceServo::TouchedNow() const {
   if (s_.recovering) return before_recovery_;
   Contact contact;
   contact.held = s_.held;
-  if (s_.step >= static_cast<int>(s_.steps.size())) return contact;
+  if (!s_.in_plan()) return contact;
   if (s_.current().push) {
     contact.frame.object = s_.current().control;
   } else if (s_.held != kNone) {
@@ -62,22 +60,19 @@ Contact ReferenceServo::TouchedNow() const {
 
 bool ReferenceServo::IsClearOf(const Contact& contact) const {
   if (contact.frame.object == kNone) return true;
-  const auto near = [&](const geometry::Shape& shape, const math::Pose& X_W, int object) {
-    return geometry::SignedDistance(shape, X_W, s_.scene.objects[static_cast<size_t>(object)].shape,
-                                    X_WO(object))
-               .distance < kClear;
+  const auto near = [&](const geometry::Shape& shape, const math::Pose& X_W, ObjectId object) {
+    return geometry::SignedDistance(shape, X_W, s_.object(object).shape, X_WO(object)).distance < kClear;
   };
   // Open fingers don't touch what is between them: the hand is clear of it once the finger tips are.
-  const auto at_hand = [&](int object) {
+  const auto at_hand = [&](ObjectId object) {
     return near(hand_shape_, s_.X_WH, object) ||
-           geometry::DistanceToPoint(s_.scene.objects[static_cast<size_t>(object)].shape, X_WO(object),
-                                     s_.X_WH.p)
-                   .distance < s_.model->gripper().pad_half_height + kClear;
+           geometry::DistanceToPoint(s_.object(object).shape, X_WO(object), s_.X_WH.p).distance <
+               s_.model->gripper().pad_half_height + kClear;
   };
   if (at_hand(contact.frame.object)) return false;
   if (contact.released != kNone && at_hand(contact.released)) return false;
-  return contact.held == kNone || !near(s_.scene.objects[static_cast<size_t>(contact.held)].shape,
-                                        X_WO(contact.held), contact.frame.object);
+  return contact.held == kNone ||
+         !near(s_.object(contact.held).shape, X_WO(contact.held), contact.frame.object);
 }
 
 // A verb that begins in the world's frame continues in that of what was touched as soon as that moves, and in

@@ -35,14 +35,13 @@ bool ReferenceServo::PutsDown() const {
 }
 
 // The least distance of what is held, at this pose, from what it is not put on.
-double ReferenceServo::RoomAt(const math::Pose& X_WC, int* nearest) const {
+double ReferenceServo::RoomAt(const math::Pose& X_WC, ObjectId* nearest) const {
   double room = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    const int object = static_cast<int>(i);
+  for (const ObjectId object : s_.objects.ids()) {
     if (MovesWithHand(object) || object == s_.current().target.object) continue;
-    const double distance = geometry::SignedDistance(s_.scene.objects[static_cast<size_t>(s_.held)].shape,
-                                                     X_WC, s_.scene.objects[i].shape, s_.objects[i].X)
-                                .distance;
+    const double distance =
+        geometry::SignedDistance(s_.object(s_.held).shape, X_WC, s_.object(object).shape, s_.X_WO(object))
+            .distance;
     if (distance >= room) continue;
     room = distance;
     *nearest = object;
@@ -52,13 +51,13 @@ double ReferenceServo::RoomAt(const math::Pose& X_WC, int* nearest) const {
 
 // How many corners of the foot of what is held are over what carries it.
 int ReferenceServo::CornersOver(const math::Pose& X_WC) const {
-  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(s_.held)].shape;
-  const auto carrier = static_cast<size_t>(s_.current().target.object);
+  const geometry::Shape& shape = s_.object(s_.held).shape;
+  const ObjectId carrier = s_.current().target.object;
   int over = 0;
   for (const Vector3d& corner : geometry::SupportPolygon(shape, -X_WC.R.row(2).transpose()).points) {
     const Vector3d from = X_WC * corner + kOver * Vector3d::UnitZ();
-    over += geometry::CastRay(s_.scene.objects[carrier].shape, s_.objects[carrier].X, from,
-                              -Vector3d::UnitZ(), geometry::RayStart::kIgnore, 2 * kOver)
+    over += geometry::CastRay(s_.object(carrier).shape, s_.objects[carrier].X, from, -Vector3d::UnitZ(),
+                              geometry::RayStart::kIgnore, 2 * kOver)
                 .has_value();
   }
   return over;
@@ -70,7 +69,7 @@ void ReferenceServo::FindFreePlace() {
   const math::Pose X_WT = X_WF(s_.current().target);
   const math::Pose X_WC = X_WT * s_.plan_step().X_TC;
   X_TC_ = s_.plan_step().X_TC;
-  int blocking = kNone;
+  ObjectId blocking;
   if (RoomAt(X_WC, &blocking) > -kOverlap) return;
   const int corners = CornersOver(X_WC);
   for (double radius = kRing; radius <= kFurthest; radius += kRing) {
@@ -78,16 +77,15 @@ void ReferenceServo::FindFreePlace() {
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2 * std::numbers::pi * k / kDirections;
       const math::Pose X_WFree(X_WC.R, X_WC.p + radius * Vector3d(std::cos(angle), std::sin(angle), 0));
-      int ignored = kNone;
+      ObjectId ignored;
       const double room = RoomAt(X_WFree, &ignored);
       if (room <= most || CornersOver(X_WFree) < corners) continue;
       most = room;
       X_TC_ = math::Between(X_WT, X_WFree);
     }
     if (most == kRoom) continue;
-    s_.Record(EventKind::kReplanned,
-              "'" + s_.plan_step().control + "' is put " + Length(radius) + " beside its pose: '" +
-                  s_.scene.objects[static_cast<size_t>(blocking)].name + "' stands there");
+    s_.Record(EventKind::kReplanned, "'" + s_.plan_step().control + "' is put " + Length(radius) +
+                                         " beside its pose: '" + s_.object(blocking).name + "' stands there");
     return;
   }
 }

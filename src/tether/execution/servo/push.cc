@@ -59,10 +59,9 @@ void ReferenceServo::EnterPush() {
   const math::Pose X_WT = X_WF(frame_);
   const math::Pose& X_WC = X_WO(s_.current().control);
   now_.X_TC_start = math::Between(X_WT, X_WC);
-  const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.current().control)];
+  const scene::Object& object = s_.object(s_.current().control);
   const bool hand = s_.current().tool == kNone;
-  const geometry::Shape& tool =
-      hand ? hand_shape_ : s_.scene.objects[static_cast<size_t>(s_.current().tool)].shape;
+  const geometry::Shape& tool = hand ? hand_shape_ : s_.object(s_.current().tool).shape;
   const geometry::Distance touch =
       geometry::SignedDistance(tool, hand ? s_.X_WH : X_WO(s_.current().tool), object.shape, X_WC);
   // Along the normal where they touch; from afar, along the motion.
@@ -71,9 +70,9 @@ void ReferenceServo::EnterPush() {
   if (normal_W.norm() < 1e-9) normal_W = Level(X_WC.p - s_.X_WH.p);
   now_.normal_C = X_WC.R.transpose() * normal_W.normalized();
   double friction = object.friction;
-  if (!hand) friction = std::min(friction, s_.scene.objects[static_cast<size_t>(s_.current().tool)].friction);
-  if (!hand && s_.current().grasp_step != kNone) {
-    const double force = PlannedForce(s_.plan.steps[static_cast<size_t>(s_.current().grasp_step)]) +
+  if (!hand) friction = std::min(friction, s_.object(s_.current().tool).friction);
+  if (!hand && s_.current().grasp_step != kNoStep) {
+    const double force = PlannedForce(s_.plan_step(s_.current().grasp_step)) +
                          kGrip * object.friction * object.mass.value_or(0) * robot::kGravity;
     s_.gripper.force = std::min(force, s_.model->gripper().max_force);
   }
@@ -97,7 +96,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
   const Vector3d line = X_TC_goal.p - now_.X_TC_start.p;
   const double length = line.norm();
   const Vector3d u = length > 1e-6 ? Vector3d(line / length) : Vector3d(X_TC.R * now_.normal_C);
-  StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
+  StepRecord& record = s_.records[s_.step];
   record.position_error = (X_TC.p - X_TC_goal.p).norm();
   record.rotation_error = TurnLeft(X_TC).norm();
 
@@ -147,7 +146,7 @@ Progress ReferenceServo::RunPush(const planning::ReachVerb& verb) {
 }
 
 Vector3d ReferenceServo::TurnLeft(const math::Pose& X_TC) const {
-  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(s_.current().control)].shape;
+  const geometry::Shape& shape = s_.object(s_.current().control).shape;
   return geometry::LeastTurn(shape, X_TC.R, s_.plan_step().X_TC.R);
 }
 
@@ -169,8 +168,8 @@ Progress ReferenceServo::FinishPush() {
     now_.X_TG.p += kBackOff * back_W;
     now_.speed = 0.05;
   }
-  if (s_.current().tool != kNone && s_.current().grasp_step != kNone) {
-    const double force = PlannedForce(s_.plan.steps[static_cast<size_t>(s_.current().grasp_step)]);
+  if (s_.current().tool != kNone && s_.current().grasp_step != kNoStep) {
+    const double force = PlannedForce(s_.plan_step(s_.current().grasp_step));
     s_.gripper.force = std::min(force, s_.model->gripper().max_force);
   }
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.001;
@@ -181,7 +180,7 @@ Progress ReferenceServo::FinishPush() {
   const Vector3d path = X_TC_goal.p - now_.X_TC_start.p;
   const double along = path.norm() > 1e-6 ? error.dot(path.normalized()) : 0;
   const double lateral = std::sqrt(std::max(0.0, error.squaredNorm() - along * along));
-  StepRecord& record = s_.records[static_cast<size_t>(s_.step)];
+  StepRecord& record = s_.records[s_.step];
   record.position_error = error.norm();
   record.rotation_error = TurnLeft(X_TC).norm();
   if (error.norm() <= options_.push_tolerance && record.rotation_error <= options_.push_angle)

@@ -44,11 +44,14 @@ math::Pose Blend(const math::Pose& X, const math::Pose& goal, double s) {
           X.p + s * (goal.p - X.p)};
 }
 
+// Where a path has ended a reach is done this near, m and rad.
+constexpr double kPathEnd = 0.006, kPathEndAngle = 0.03;
+
 }  // namespace
 
 bool ReferenceServo::IsFreeMotion() const {
   if (s_.recovering || s_.current().push || s_.verb != s_.current().first_reach) return false;
-  const auto* reach = std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb)]);
+  const auto* reach = std::get_if<planning::ReachVerb>(&s_.present_verb());
   return reach != nullptr && !reach->until_contact;
 }
 
@@ -118,6 +121,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
 
   now_.X_TH_start = reference_.X_TR();
   if (s_.current().push) EnterPush();
+  if (IsFreeMotion()) BeginTransit(verb, s_.q);
   const Eigen::Vector3d path = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
   const bool moves = path.norm() > 0.002;
   now_.approach_T = moves ? Eigen::Vector3d(path.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
@@ -125,7 +129,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
 
   // The last of several reaches of a step is an approach along the line from the pose before.
   const auto* before =
-      s_.verb > 0 ? std::get_if<planning::ReachVerb>(&s_.verbs()[static_cast<size_t>(s_.verb - 1)]) : nullptr;
+      s_.verb > 0 ? std::get_if<planning::ReachVerb>(&s_.verbs()[ToIndex(s_.verb - 1)]) : nullptr;
   if (before == nullptr || s_.current().push) return;
   const Eigen::Vector3d stretch = (X_TTool * X_ToolHand_).p - (ToolGoal(*before) * X_ToolHand_).p;
   if (stretch.norm() < 0.005) return;
@@ -163,8 +167,8 @@ Progress ReferenceServo::BeyondReach(int resume) {
 
 Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   if (s_.current().tool != kNone && s_.held != s_.current().tool) {
-    const std::string name = s_.scene.objects[static_cast<size_t>(s_.current().tool)].name;
-    const int resume = s_.current().grasp_step == kNone ? s_.step : s_.current().grasp_step;
+    const std::string name = s_.object(s_.current().tool).name;
+    const int resume = s_.current().grasp_step == kNoStep ? s_.step : s_.current().grasp_step;
     return Progress::Retry(EventKind::kGraspLost, "'" + name + "' is not in the hand", resume, true);
   }
   if (s_.current().push && now_.phase == 2) return FinishPush();
@@ -182,10 +186,11 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   if (s_.current().push) return RunPush(verb);
   const math::Pose X_TTool = ToolGoal(verb);
   now_.X_TG = X_TTool * X_ToolHand_;
+  WatchTransit(verb);
   if (OutOfReach(now_.X_TG)) return BeyondReach(s_.step);
   const auto [position_error, rotation_error] = ToolError(X_TTool);
-  s_.records[static_cast<size_t>(s_.step)].position_error = position_error;
-  s_.records[static_cast<size_t>(s_.step)].rotation_error = rotation_error;
+  s_.records[s_.step].position_error = position_error;
+  s_.records[s_.step].rotation_error = rotation_error;
   if (verb.until_contact) return ReachUntilContact(verb, position_error, rotation_error);
 
   const bool arrived =
@@ -195,6 +200,12 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
   const bool slow = HandVelocity().head<3>().norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
   if (arrived && slow && there) return Progress::Done();
+  // At the end of its path the arm is at rest but for what the controller lags: the next motion takes that
+  // up.
+  if (path_ended_ && position_error < std::max(kPathEnd, verb.position_tolerance) &&
+      rotation_error < std::max(kPathEndAngle, verb.rotation_tolerance) &&
+      s_.verb + 1 < static_cast<int>(s_.verbs().size()))
+    return Progress::Done();
 
   if (!Stalled(position_error + 0.2 * rotation_error)) return Progress::Running();
   const bool turned = rotation_error > verb.rotation_tolerance;

@@ -20,6 +20,8 @@ void ReferenceServoOptions::Check(Diagnostics* diagnostics) const {
   check("motion.acceleration", motion.acceleration);
   check("motion.angular_speed", motion.angular_speed);
   check("motion.angular_acceleration", motion.angular_acceleration);
+  check("free_speed", free_speed);
+  check("free_acceleration", free_acceleration);
   check("transit.side", transit.side);
   check("transit.above", transit.above);
   check("contact.threshold", contact.threshold);
@@ -41,6 +43,8 @@ ReferenceServo::ReferenceServo(Situation& situation,
       state_(s_.model, GravityIn(s_.X_WB)),
       controller_(s_.model, options_.gains, s_.model->home()),
       posture_search_(s_.model),
+      transit_(s_, options_.arm),
+      reference_arm_(s_.model),
       reach_search_(s_.model),
       contact_(options_.contact),
       carried_(s_.objects.size()),
@@ -107,6 +111,10 @@ void ReferenceServo::BeginStep() {
 }
 
 void ReferenceServo::BeginVerb() {
+  LeaveTransit();
+  transits_ = 0;
+  path_ended_ = false;
+  room_ = -1;
   now_ = {};
   now_.X_TG = reference_.X_TR();
 }
@@ -119,11 +127,12 @@ void ReferenceServo::Rest(bool first) {
 // What stands on what is held moves with it.
 void ReferenceServo::HeldChanged() {
   if (s_.held == kNone) return;
-  for (size_t i = 0; i < carried_.size(); ++i) carried_[i] = IsCarriedBy(s_.held, static_cast<int>(i));
+  for (const ObjectId i : carried_.ids()) carried_[i] = IsCarriedBy(s_.held, i);
 }
 
 void ReferenceServo::Stop() {
   before_recovery_ = TouchedNow();
+  LeaveTransit();
   Hold();
 }
 

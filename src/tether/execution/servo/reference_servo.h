@@ -11,6 +11,7 @@
 #include "tether/control/operational_space.h"
 #include "tether/control/torque/torque_limiter.h"
 #include "tether/execution/observer/contact_detector.h"
+#include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/posture_search.h"
 #include "tether/execution/reference/reach_search.h"
@@ -56,9 +57,9 @@ struct VerbState {
 
 /// What was touched, and by what: verbs after a contact move along with it until they are clear of it.
 struct Contact {
-  AttachedFrame frame;   ///< In the world if nothing that can move was touched.
-  int held = kNone;      ///< What the hand holds; kNone: the hand itself touches.
-  int released = kNone;  ///< The object that the hand has released, on `frame`.
+  AttachedFrame frame;  ///< In the world if nothing that can move was touched.
+  ObjectId held;        ///< What the hand holds; kNone: the hand itself touches.
+  ObjectId released;    ///< The object that the hand has released, on `frame`.
 };
 
 /// Moves the hand by torques: it is servoed to a reference that moves, in the frame of the step's target,
@@ -135,6 +136,20 @@ class ReferenceServo final : public Servo {
   std::string WhatHoldsUp() const;
   void Hold();
 
+  // approach_speed.cc
+  /// The distance of the hand, and of what it holds, from anything else, m.
+  double FindRoom() const;
+  void LimitMotion(MotionLimits* limits);
+
+  // arm_motion.cc: transits of the whole arm.
+  /// Plans one to the verb's goal, unless that is near. `from`: the arm's configuration, at rest.
+  void BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from);
+  /// Brakes where the goal has moved or something came into the path; at rest, plans anew.
+  void WatchTransit(const planning::ReachVerb& verb);
+  /// The reference follows the transit for a tick, at a share of its speed.
+  void FollowTransit(double rate);
+  void LeaveTransit();
+
   // push.cc
   void EnterPush();
   Progress RunPush(const planning::ReachVerb& verb);
@@ -146,25 +161,25 @@ class ReferenceServo final : public Servo {
 
   // contact_frame.cc
   /// The object was put, or stood at the start, on the carrier, or on something that was.
-  bool IsCarriedBy(int carrier, int object) const;
-  bool MovesWithHand(int object) const {
-    return s_.held != kNone && (object == s_.held || carried_[static_cast<size_t>(object)]);
+  bool IsCarriedBy(ObjectId carrier, ObjectId object) const;
+  bool MovesWithHand(ObjectId object) const {
+    return s_.held != kNone && (object == s_.held || carried_[object]);
   }
   Contact TouchedNow() const;
   bool IsClearOf(const Contact& contact) const;
   void GoAlong();
-  int CarrierOf(int object) const;
+  ObjectId CarrierOf(ObjectId object) const;
 
   // free_place.cc
   bool PutsDown() const;
-  double RoomAt(const math::Pose& X_WC, int* nearest) const;
+  double RoomAt(const math::Pose& X_WC, ObjectId* nearest) const;
   int CornersOver(const math::Pose& X_WC) const;
   void FindFreePlace();
 
   // tracking.cc: frames.
   math::Pose X_WF(const AttachedFrame& frame) const { return s_.X_WF(frame); }
   math::Vector6d V_WF(const AttachedFrame& frame) const { return s_.V_WF(frame); }
-  const math::Pose& X_WO(int object) const { return s_.X_WO(object); }
+  const math::Pose& X_WO(ObjectId object) const { return s_.X_WO(object); }
   math::Pose X_WR() const { return X_WF(frame_) * reference_.X_TR(); }
   void SwitchFrame(const AttachedFrame& frame);
   void ResetReferenceToHand();
@@ -181,16 +196,24 @@ class ReferenceServo final : public Servo {
   Eigen::VectorXd carried_torque_;
   std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
   std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
-  std::vector<int> supports_;                                 ///< Of what is held, since it was taken.
-  int supported_ = kNone;                                     ///< The object that they are of.
+  std::vector<ObjectId> supports_;                            ///< Of what is held, since it was taken.
+  ObjectId supported_;                                        ///< The object that they are of.
   double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
   PostureSearch posture_search_;
+  double room_ = -1;  ///< As FindRoom() last said; −1: not asked in this verb.
+  ArmTransit transit_;
+  robot::Kinematics reference_arm_;  ///< The arm as the transit has it.
+  Eigen::MatrixXd reference_J_;
+  math::Vector6d V_BR_ = math::Vector6d::Zero();  ///< Of the hand on the transit.
+  math::Pose X_BGoal_;                            ///< Of the hand, as the transit was planned.
+  int transits_ = 0;                              ///< Planned for the present reach.
+  bool path_ended_ = false;                       ///< The present reach has followed its path to the end.
   ReachSearch reach_search_;
   double lacking_ = 0;  ///< To a pose that is out of reach, m.
   ContactDetector contact_;
   PoseReference reference_;
-  AttachedFrame frame_;        ///< The frame T that the reference lives in.
-  std::vector<bool> carried_;  ///< On what is held; only while something is.
+  AttachedFrame frame_;                    ///< The frame T that the reference lives in.
+  IndexedVector<ObjectId, bool> carried_;  ///< On what is held; only while something is.
   std::vector<Neighbour> neighbours_;
   std::vector<Bounds> body_bounds_, obstacle_bounds_;
   ProgressWatch watch_;

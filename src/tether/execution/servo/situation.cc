@@ -51,12 +51,18 @@ Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
       tau_external(Eigen::VectorXd::Zero(model->dof())),
       objects(scene.objects.size()),
       records(steps.size()) {
-  for (size_t i = 0; i < objects.size(); ++i) objects[i].X = scene.InitialPose(scene.objects[i].name);
-  for (size_t i = 0; i < records.size(); ++i) records[i].step = static_cast<int>(i);
+  for (const ObjectId id : objects.ids()) objects[id].X = scene.InitialPose(object_name(id));
+  for (const int i : records.ids()) records[i].step = i;
+  for (const scene::Robot& other : scene.robots) {
+    if (other.name == robot) continue;
+    const auto found = models.find(other.name);
+    if (found == models.end()) continue;
+    others.push_back({other.name, found->second, scene.InitialPose(other.name), found->second->home()});
+  }
 }
 
 void Situation::Record(EventKind kind, std::string text) {
-  events.push_back({time, kind, std::min(step, static_cast<int>(records.size()) - 1), std::move(text)});
+  events.push_back({time, kind, std::min(step, records.next_id() - 1), std::move(text)});
 }
 
 math::Pose Situation::X_WF(const AttachedFrame& frame) const {
@@ -65,19 +71,19 @@ math::Pose Situation::X_WF(const AttachedFrame& frame) const {
 
 math::Vector6d Situation::V_WF(const AttachedFrame& frame) const {
   if (frame.object == kNone) return math::Vector6d::Zero();
-  const control::MovingPose& object = objects[static_cast<size_t>(frame.object)];
+  const control::MovingPose& object = objects[frame.object];
   math::Vector6d V = object.V;
   const Eigen::Vector3d p_OF_W = object.X.R * frame.X_OF.p;
   V.head<3>() += V.tail<3>().cross(p_OF_W);
   return V;
 }
 
-int Situation::GraspStep(int object) const {
+int Situation::GraspStep(ObjectId object) const {
   for (int i = std::min(step, num_steps() - 1); i >= 0; --i) {
-    const std::vector<int>& closes = steps[static_cast<size_t>(i)].close_on;
+    const IndexedVector<int, ObjectId>& closes = steps[i].close_on;
     if (std::find(closes.begin(), closes.end(), object) != closes.end()) return i;
   }
-  return kNone;
+  return kNoStep;
 }
 
 const std::vector<std::pair<std::string, std::string>>& Servo::allowed() const {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "tether/common/id.h"
 #include "tether/control/arm_bodies.h"
 #include "tether/execution/observer/event.h"
 #include "tether/execution/sequencer/plan_runner.h"
@@ -17,6 +18,14 @@
 #include "tether/scene/scene.h"
 
 namespace tether::execution {
+
+/// An arm that is not the plan's.
+struct OtherArm {
+  std::string name;
+  std::shared_ptr<const robot::Model> model;
+  math::Pose X_WB;
+  Eigen::VectorXd q;  ///< n, rad: as measured last.
+};
 
 /// What is sensed, and where execution stands. The sequencer writes it; the servos read it, record events and
 /// set the gripper's opening and force where that is part of the motion. W: world, B: the robot's base, H:
@@ -31,23 +40,26 @@ struct Situation {
   int num_steps() const { return static_cast<int>(steps.size()); }
   /// Whether `step` is one of the plan's: not so after the end.
   bool in_plan() const { return step < num_steps(); }
-  const ResolvedStep& current() const { return steps[static_cast<size_t>(step)]; }
-  const planning::PlanStep& plan_step() const { return plan.steps[static_cast<size_t>(step)]; }
+  const ResolvedStep& current() const { return steps[step]; }
+  const planning::PlanStep& plan_step() const { return plan_step(step); }
+  const planning::PlanStep& plan_step(int index) const { return plan.steps[ToIndex(index)]; }
   /// The verbs that are being executed: the step's, or those of a recovery.
   const std::vector<planning::Verb>& verbs() const { return recovering ? recovery : plan_step().execute; }
-  const std::string& object_name(int object) const { return scene.objects[static_cast<size_t>(object)].name; }
+  const planning::Verb& present_verb() const { return verbs()[ToIndex(verb)]; }
+  const scene::Object& object(ObjectId id) const { return scene.object(id); }
+  const std::string& object_name(ObjectId id) const { return object(id).name; }
   /// The pose of a frame, and its velocity, in the world: m/s, rad/s.
   math::Pose X_WF(const AttachedFrame& frame) const;
   math::Vector6d V_WF(const AttachedFrame& frame) const;
-  const math::Pose& X_WO(int object) const { return objects[static_cast<size_t>(object)].X; }
-  /// The latest step up to the present one that grasps the object; kNone: none does.
-  int GraspStep(int object) const;
-  StepRecord& record() { return records[static_cast<size_t>(step)]; }
+  const math::Pose& X_WO(ObjectId object) const { return objects[object].X; }
+  /// The latest step up to the present one that grasps the object; kNoStep: none does.
+  int GraspStep(ObjectId object) const;
+  StepRecord& record() { return records[step]; }
 
   const scene::Scene scene;
   planning::Plan plan;
-  std::vector<ResolvedStep> steps;  ///< One per step of the plan.
-  const std::string robot;          ///< The acting one's name.
+  IndexedVector<int, ResolvedStep> steps;  ///< One per step of the plan.
+  const std::string robot;                 ///< The acting one's name.
   const std::shared_ptr<const robot::Model> model;
   const math::Pose X_WB;
 
@@ -56,9 +68,10 @@ struct Situation {
   bool trustworthy = false;  ///< What the robot measured is finite.
   Eigen::VectorXd q, v;      ///< n: rad, rad/s
   Eigen::VectorXd tau_external;
-  double opening = 0;                        ///< Between the fingers, m.
-  std::vector<control::MovingPose> objects;  ///< In the world.
-  math::Pose X_WH;                           ///< Written by the servo.
+  double opening = 0;                                    ///< Between the fingers, m.
+  IndexedVector<ObjectId, control::MovingPose> objects;  ///< In the world.
+  std::vector<OtherArm> others;
+  math::Pose X_WH;  ///< Written by the servo.
   math::Vector6d V_WH = math::Vector6d::Zero();
 
   // Where execution stands.
@@ -67,14 +80,14 @@ struct Situation {
   int verb = 0;
   bool recovering = false;
   std::vector<planning::Verb> recovery;
-  int held = kNone;
+  ObjectId held;
   double held_since = 0;
   math::Pose X_HO_grasp;  ///< Of what is held, as it was grasped.
-  int released = kNone;   ///< In this step.
+  ObjectId released;      ///< In this step.
   robot::GripperCommand gripper;
   std::map<int, int> retries;  ///< By index of the action.
   std::vector<Event> events;
-  std::vector<StepRecord> records;
+  IndexedVector<int, StepRecord> records;
 };
 
 /// "12.3 mm"; from a metre on "1.2 m".

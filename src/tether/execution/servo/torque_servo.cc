@@ -13,6 +13,15 @@ constexpr double kBuffer = 0.001;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
+Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity);
+}
+
+control::TorqueOptions WithMargin(control::TorqueOptions options, double margin) {
+  options.joint_margin = std::max(options.joint_margin, margin);
+  return options;
+}
+
 }  // namespace
 
 std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
@@ -38,7 +47,7 @@ TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
       carried_(Eigen::VectorXd::Zero(model_->dof())) {
   const size_t most = 6 * scene.objects.size() + 8;
   allowed_.reserve(most);
-  allowed_bodies_.reserve(most * static_cast<size_t>(controller_.bodies().hand() + 1));
+  allowed_bodies_.reserve(most * ToIndex(controller_.bodies().hand() + 1));
 }
 
 control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) {
@@ -57,12 +66,12 @@ void TorqueServo::Allow(const std::vector<Touch>& allowed) {
   const control::ArmBodies& bodies = controller_.bodies();
   for (const auto& [of, to] : allowed) {
     if (of != kTouchingHand) {
-      allowed_bodies_.emplace_back(bodies.object(of), bodies.object(to));
+      allowed_bodies_.emplace_back(bodies.object(of.value()), bodies.object(to.value()));
       continue;
     }
     // All that moves with the hand.
     for (int body = 0; body <= bodies.hand(); ++body) {
-      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to));
+      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to.value()));
     }
   }
   controller_.Allow(allowed_bodies_);
@@ -71,8 +80,8 @@ void TorqueServo::Allow(const std::vector<Touch>& allowed) {
 const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   if (tick.held != held_) {
     held_ = tick.held;
-    if (held_ >= 0) {
-      controller_.Hold(held_);
+    if (held_.valid()) {
+      controller_.Hold(held_.value());
     } else {
       controller_.Release();
     }
@@ -82,8 +91,9 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   task.hand = &tick.target;
   task.posture = &tick.posture;
   task.max_force = tick.max_force;
+  task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
-      controller_.Compute({tick.state, tick.opening, tick.objects, &tick.tau_external}, task);
+      controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
   const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);
@@ -123,6 +133,39 @@ std::string TorqueServo::DescribeContact() const {
   const char* why = contact.intended ? ", more than is allowed" : ", which no step intends";
   return what + " presses on " + NameOf(contact.a < 0 ? -1 : contact.b) + " with about " +
          Fixed(contact.force, 0) + " N" + why + "; the arm backs off";
+}
+
+TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene,
+                         BuiltConstraints built, control::TorqueOptions options)
+    : state_(model, GravityIn(scene.X_WBase())),
+      controller_(model, scene.X_WBase(), scene.solids(), std::move(built.clearances),
+                  std::move(built.fields), WithMargin(options, built.joint_margin)),
+      limiter_(model, {.period = options.period}),
+      carried_(Eigen::VectorXd::Zero(model->dof())) {
+  stay_.posture = model->home();
+}
+
+const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const control::Goal* goal,
+                                            double max_force) {
+  state_.Set(situation.q, situation.v);
+  if (goal != nullptr) {
+    stays_ = false;
+  } else {
+    if (!stays_ && situation.q.allFinite()) {
+      stays_ = true;
+      stay_.posture = situation.q;
+    }
+    goal = &stay_;
+  }
+  control::TorqueTask task;
+  task.goal = goal;
+  task.max_force = max_force;
+  const Eigen::VectorXd& wanted =
+      controller_.Compute({state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);
+  carried_.noalias() = state_.J_BH().transpose() * controller_.load().Holding(state_.X_BH());
+  const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_, &controller_.felt());
+  controller_.SetLast(torque);
+  return torque;
 }
 
 }  // namespace tether::execution

@@ -1,15 +1,18 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tether/common/error.h"
+#include "tether/common/id.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
 #include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/execution/servo/situation.h"
 #include "tether/robot/interface.h"
 #include "tether/scene/scene.h"
 
@@ -30,20 +33,21 @@ std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::Cons
                                                        const scene::Scene& scene);
 
 /// Two that may touch: kTouchingHand, or an object of the scene.
-using Touch = std::pair<int, int>;
-inline constexpr int kTouchingHand = -1;
+using Touch = std::pair<ObjectId, ObjectId>;
+inline constexpr ObjectId kTouchingHand{};
 
 /// What is measured, and what is to be done in a tick.
 struct TorqueServoTick {
   const robot::State& state;
-  double opening = 0;                               ///< m
-  const std::vector<control::MovingPose>& objects;  ///< In the world, by their place in the scene.
-  const Eigen::VectorXd& tau_external;              ///< n, Nm
+  double opening = 0;                                           ///< m
+  const IndexedVector<ObjectId, control::MovingPose>& objects;  ///< In the world.
+  const Eigen::VectorXd& tau_external;                          ///< n, Nm
   const control::HandTarget& target;
   const Eigen::VectorXd& posture;     ///< n, rad
-  int held = -1;                      ///< Index of the object in the hand; −1: none.
+  ObjectId held;                      ///< In the hand; not valid: nothing is.
   const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
   double max_force = 40;              ///< N
+  const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
@@ -80,7 +84,35 @@ class TorqueServo {
   control::TorqueLimiter limiter_;
   std::vector<Touch> allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;
-  int held_ = -1;
+  ObjectId held_;
+  Eigen::VectorXd carried_;
+};
+
+/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
+/// allocates nothing.
+class TorqueDrive {
+ public:
+  TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,
+              control::TorqueOptions options);
+
+  void SetExtraFields(std::vector<control::FieldConstraint> fields) {
+    controller_.SetExtraFields(std::move(fields));
+  }
+  void Allow(std::span<const std::pair<int, int>> pairs) { controller_.Allow(pairs); }
+  void Hold(int object) { controller_.Hold(object); }
+  void Release() { controller_.Release(); }
+
+  /// Torques that lead towards the goal (null: the arm stays where it is) and press with no more than
+  /// `max_force`, N.
+  const Eigen::VectorXd& Compute(const Situation& situation, const control::Goal* goal, double max_force);
+  const control::ConstrainedTorque& controller() const { return controller_; }
+
+ private:
+  robot::State state_;
+  control::ConstrainedTorque controller_;
+  control::TorqueLimiter limiter_;
+  control::Goal stay_;
+  bool stays_ = false;
   Eigen::VectorXd carried_;
 };
 

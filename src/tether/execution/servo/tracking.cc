@@ -52,7 +52,7 @@ void ReferenceServo::ResetReferenceToHand() {
 
 void ReferenceServo::MoveReference() {
   MotionLimits limits = options_.motion;
-  limits.speed = std::min(limits.speed, now_.speed > 0 ? now_.speed : limits.speed);
+  LimitMotion(&limits);
   math::Pose X_WRef = X_WR();
   double lag = (X_WRef.p - s_.X_WH.p).norm();
   if (lag > kLostHand * options_.leash) {
@@ -69,6 +69,7 @@ void ReferenceServo::MoveReference() {
   limits.speed *= slack;
   limits.angular_speed *= slack;
 
+  if (transit_.active()) return FollowTransit(slack);
   math::Pose X_TWaypoint = now_.X_TG;
   if (now_.transit) {
     const math::Pose X_WT = X_WF(frame_);
@@ -84,9 +85,9 @@ void ReferenceServo::MoveReference() {
       }
     };
     add_body(hand_shape_, math::Pose());
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      const geometry::Shape& shape = s_.scene.objects[i].shape;
-      if (MovesWithHand(static_cast<int>(i))) {
+    for (const ObjectId i : s_.objects.ids()) {
+      const geometry::Shape& shape = s_.object(i).shape;
+      if (MovesWithHand(i)) {
         add_body(shape, math::Between(s_.X_WH, s_.objects[i].X));
         continue;
       }
@@ -113,6 +114,7 @@ void ReferenceServo::MoveReference() {
 }
 
 void ReferenceServo::AimPosture() {
+  if (transit_.active()) return;
   if (!posture_search_.done()) {
     posture_search_.Advance();
     if (posture_search_.done())
@@ -126,25 +128,24 @@ void ReferenceServo::AimPosture() {
 void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
   if (tick_ % kObstacleTicks == 0) {
     obstacle_weight_ = 0;
-    const bool known = s_.step < static_cast<int>(s_.steps.size());
+    const bool known = s_.in_plan();
     double nearest = options_.obstacle_range;
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      const int object = static_cast<int>(i);
+    for (const ObjectId object : s_.objects.ids()) {
       // Contact that the step intends.
       if (MovesWithHand(object)) continue;
       if (known && (object == s_.current().control || object == s_.current().target.object ||
                     object == s_.current().tool))
         continue;
       bool far = true;
-      for (const auto& part : s_.scene.objects[i].shape.parts) {
-        const Bounds bounds = BoundsOf(part.primitive, s_.objects[i].X * part.X_SP);
+      for (const auto& part : s_.object(object).shape.parts) {
+        const Bounds bounds = BoundsOf(part.primitive, s_.X_WO(object) * part.X_SP);
         const Eigen::Vector3d outside =
             (bounds.lower - s_.X_WH.p).cwiseMax(s_.X_WH.p - bounds.upper).cwiseMax(0.0);
         far = far && outside.norm() > kFar;
       }
       if (far) continue;
       const geometry::Distance distance =
-          geometry::SignedDistance(hand_shape_, s_.X_WH, s_.scene.objects[i].shape, s_.objects[i].X);
+          geometry::SignedDistance(hand_shape_, s_.X_WH, s_.object(object).shape, s_.X_WO(object));
       if (distance.distance >= nearest) continue;
       nearest = distance.distance;
       obstacle_direction_B_ = s_.X_WB.R.transpose() * distance.n_W;
@@ -172,7 +173,7 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (servo_) {
     target.F_BH = servo_->Holding(state_.X_BH());
   } else if (s_.held != kNone) {
-    const scene::Object& object = s_.scene.objects[static_cast<size_t>(s_.held)];
+    const scene::Object& object = s_.object(s_.held);
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);
     const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;
@@ -182,8 +183,11 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   if (FindAllowed()) NameAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
+  const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
+  if (transit_.active()) target.obstacle_weight = 0;  // The path is free.
   carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
-  command->torque = limiter_->Limit(state_, controller_.Compute(state_, target), &carried_torque_);
+  command->torque = limiter_->Limit(
+      state_, controller_.Compute(state_, target, transit_.active() ? &joints : nullptr), &carried_torque_);
   WatchController();
 }
 

@@ -36,25 +36,24 @@ double Extent(const geometry::Shape& shape, const Pose& X, const Vector3d& d_W) 
 
 // What the held object touches as it is grasped.
 void VelocityServo::FindSupports() {
-  const geometry::Shape& taken = s_.scene.objects[static_cast<size_t>(s_.held)].shape;
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    if (static_cast<int>(i) == s_.held) continue;
+  const geometry::Shape& taken = s_.object(s_.held).shape;
+  for (const ObjectId i : s_.objects.ids()) {
+    if (i == s_.held) continue;
     const double distance =
-        geometry::SignedDistance(taken, s_.X_WO(s_.held), s_.scene.objects[i].shape, s_.objects[i].X)
-            .distance;
-    if (distance < kTouching) supports_.push_back(static_cast<int>(i));
+        geometry::SignedDistance(taken, s_.X_WO(s_.held), s_.object(i).shape, s_.objects[i].X).distance;
+    if (distance < kTouching) supports_.push_back(i);
   }
 }
 
 void VelocityServo::WatchSupports() {
   double keep = 0;
   for (const control::ConstraintSpec& spec : options_.constraints) keep = std::max(keep, spec.distance);
-  const geometry::Shape& taken = s_.scene.objects[static_cast<size_t>(s_.held)].shape;
+  const geometry::Shape& taken = s_.object(s_.held).shape;
   for (size_t i = 0; i < supports_.size(); ++i) {
-    const auto support = static_cast<size_t>(supports_[i]);
-    const double distance = geometry::SignedDistance(taken, s_.X_WO(s_.held), s_.scene.objects[support].shape,
-                                                     s_.objects[support].X)
-                                .distance;
+    const ObjectId support = supports_[i];
+    const double distance =
+        geometry::SignedDistance(taken, s_.X_WO(s_.held), s_.object(support).shape, s_.objects[support].X)
+            .distance;
     if (distance < keep + options_.controller.buffer + kTouching) continue;
     supports_.erase(supports_.begin() + static_cast<std::ptrdiff_t>(i--));
     UpdateAllowed();
@@ -66,10 +65,10 @@ void VelocityServo::WatchSupports() {
 std::vector<std::string> VelocityServo::NamesOf(const std::string& name) const {
   const scene::Region* region = s_.scene.FindRegion(name);
   if (region == nullptr) return {name};
-  std::vector<int> found;
+  std::vector<ObjectId> found;
   FindCarriers(*region, found);
   std::vector<std::string> names;
-  for (const int object : found) names.push_back(s_.object_name(object));
+  for (const ObjectId object : found) names.push_back(s_.object_name(object));
   return names;
 }
 
@@ -77,7 +76,8 @@ std::vector<std::string> VelocityServo::NamesOf(const std::string& name) const {
 std::vector<int> VelocityServo::BodiesOf(const std::string& name) const {
   const control::ArmBodies& bodies = controller_.bodies();
   std::vector<int> list;
-  if (const int object = control_scene_.ObjectIndex(name); object >= 0) list.push_back(bodies.object(object));
+  if (const ObjectId object = control_scene_.Find(name); object.valid())
+    list.push_back(bodies.object(object.value()));
   for (int body = 0; name == "hand" && body <= bodies.hand(); ++body) {
     if (bodies.link(body) == s_.model->dof()) list.push_back(body);
   }
@@ -97,8 +97,8 @@ void VelocityServo::UpdateAllowed() {
   }
   if (s_.held != kNone) {
     const std::string& held = s_.object_name(s_.held);
-    for (const int support : supports_) allowed_.emplace_back(held, s_.object_name(support));
-    for (const int object : beneath_) allowed_.emplace_back(held, s_.object_name(object));
+    for (const ObjectId support : supports_) allowed_.emplace_back(held, s_.object_name(support));
+    for (const ObjectId object : beneath_) allowed_.emplace_back(held, s_.object_name(object));
   }
   allowed_bodies_.clear();
   for (const auto& [first, second] : allowed_) {
@@ -111,11 +111,9 @@ void VelocityServo::UpdateAllowed() {
 }
 
 // The object's footprint is within the carrier's, seen along the carrier's level axes.
-bool VelocityServo::IsOver(int object, int carrier) const {
-  const auto &o = s_.scene.objects[static_cast<size_t>(object)],
-             &c = s_.scene.objects[static_cast<size_t>(carrier)];
-  const Pose &X_O = s_.objects[static_cast<size_t>(object)].X,
-             &X_C = s_.objects[static_cast<size_t>(carrier)].X;
+bool VelocityServo::IsOver(ObjectId object, ObjectId carrier) const {
+  const auto &o = s_.object(object), &c = s_.object(carrier);
+  const Pose &X_O = s_.objects[object].X, &X_C = s_.objects[carrier].X;
   for (int axis = 0; axis < 3; ++axis) {
     Vector3d d = X_C.R.col(axis);
     if (std::abs(d.z()) > 0.7) continue;
@@ -129,10 +127,10 @@ bool VelocityServo::IsOver(int object, int carrier) const {
 
 // What carries a region is what lies beneath its plane within its outline, whatever its frame is attached to,
 // and the object that its frame is attached to. `found` is filled anew.
-void VelocityServo::FindCarriers(const scene::Region& region, std::vector<int>& found) const {
+void VelocityServo::FindCarriers(const scene::Region& region, std::vector<ObjectId>& found) const {
   found.clear();
   const control::Frame frame = control_scene_.Target(region.name);
-  if (frame.object >= 0) found.push_back(frame.object);
+  if (frame.object >= 0) found.emplace_back(frame.object);
   if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return;
   const Pose X_WR = X_WTarget(frame);
   const auto lies_beneath = [&](const geometry::Shape& shape, const Pose& X_WO, const Vector3d& p) {
@@ -149,15 +147,14 @@ void VelocityServo::FindCarriers(const scene::Region& region, std::vector<int>& 
     reach[0] = 0.5 * rectangle->size.x();
     reach[1] = 0.5 * rectangle->size.y();
   }
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    const int other = static_cast<int>(i);
-    if (other == s_.held || other == frame.object) continue;
-    const geometry::Shape& shape = s_.scene.objects[i].shape;
-    bool beneath_it = lies_beneath(shape, s_.objects[i].X, Vector3d::Zero());
+  for (const ObjectId other : s_.objects.ids()) {
+    if (other == s_.held || other.value() == frame.object) continue;
+    const geometry::Shape& shape = s_.object(other).shape;
+    bool beneath_it = lies_beneath(shape, s_.X_WO(other), Vector3d::Zero());
     for (int k = 0; k < kDirections && !beneath_it; ++k) {
       const double angle = 2 * std::numbers::pi * k / kDirections;
       const Vector3d p(0.5 * reach[0] * std::cos(angle), 0.5 * reach[1] * std::sin(angle), 0);
-      beneath_it = lies_beneath(shape, s_.objects[i].X, p);
+      beneath_it = lies_beneath(shape, s_.X_WO(other), p);
     }
     if (beneath_it) found.push_back(other);
   }
@@ -168,25 +165,24 @@ void VelocityServo::FindCarriers(const scene::Region& region, std::vector<int>& 
 void VelocityServo::FindBeneath() {
   beneath_next_.clear();
   carriers_next_.clear();
-  const auto add_beneath = [&](int carrier) {
-    if (carrier < 0 || carrier == s_.held || !IsOver(s_.held, carrier)) return;
-    const Pose& X_C = s_.objects[static_cast<size_t>(carrier)].X;
-    const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(carrier)].shape;
+  const auto add_beneath = [&](ObjectId carrier) {
+    if (!carrier.valid() || carrier == s_.held || !IsOver(s_.held, carrier)) return;
+    const Pose& X_C = s_.objects[carrier].X;
+    const geometry::Shape& shape = s_.object(carrier).shape;
     const Vector3d up = Vector3d::UnitZ();
     const double foot = -Extent(shape, X_C, -up);
-    for (size_t i = 0; i < s_.objects.size(); ++i) {
-      const int other = static_cast<int>(i);
+    for (const ObjectId other : s_.objects.ids()) {
       if (other == carrier || other == s_.held) continue;
-      if (Extent(s_.scene.objects[i].shape, s_.objects[i].X, up) > foot + kBeneath) continue;
+      if (Extent(s_.object(other).shape, s_.X_WO(other), up) > foot + kBeneath) continue;
       if (std::find(beneath_next_.begin(), beneath_next_.end(), other) == beneath_next_.end())
         beneath_next_.push_back(other);
     }
   };
-  if (s_.held >= 0) {
-    for (const int support : supports_) add_beneath(support);
+  if (s_.held.valid()) {
+    for (const ObjectId support : supports_) add_beneath(support);
     if (s_.in_plan() && schema().target_is_region && s_.current().control == s_.held)
       FindCarriers(*s_.scene.FindRegion(schema().target), carriers_next_);
-    for (const int carrier : carriers_next_) add_beneath(carrier);
+    for (const ObjectId carrier : carriers_next_) add_beneath(carrier);
   }
   if (beneath_next_ == beneath_ && carriers_next_ == carriers_) return;
   std::swap(beneath_, beneath_next_);
@@ -194,40 +190,38 @@ void VelocityServo::FindBeneath() {
   UpdateAllowed();
 }
 
-// What the hand, or what it holds, touched last and may have to go along with; -1: nothing.
-int VelocityServo::ContactObject() const {
-  if (s_.held >= 0) return supports_.empty() ? -1 : supports_.front();
-  if (!s_.in_plan()) return -1;
-  return control_scene_.Target(schema().target).object;
+// What the hand, or what it holds, touched last and may have to go along with; kNone: nothing.
+ObjectId VelocityServo::ContactObject() const {
+  if (s_.held.valid()) return supports_.empty() ? kNone : supports_.front();
+  if (!s_.in_plan()) return kNone;
+  return ObjectId(control_scene_.Target(schema().target).object);
 }
 
-bool VelocityServo::IsClearOf(int object) const {
-  if (s_.held >= 0) return std::find(supports_.begin(), supports_.end(), object) == supports_.end();
+bool VelocityServo::IsClearOf(ObjectId object) const {
+  if (s_.held.valid()) return std::find(supports_.begin(), supports_.end(), object) == supports_.end();
   const geometry::Shape hand = s_.model->HandShape(s_.opening);
   // Open fingers don't touch what is between them: the hand is clear of it once the finger tips are.
-  const auto near = [&](int other) {
-    const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(other)].shape;
-    const Pose& X_WO = s_.objects[static_cast<size_t>(other)].X;
+  const auto near = [&](ObjectId other) {
+    const geometry::Shape& shape = s_.object(other).shape;
+    const Pose& X_WO = s_.objects[other].X;
     return geometry::SignedDistance(hand, s_.X_WH, shape, X_WO).distance < kClear ||
            geometry::DistanceToPoint(shape, X_WO, s_.X_WH.p).distance <
                s_.model->gripper().pad_half_height + kClear;
   };
-  return !near(object) && (s_.released < 0 || !near(s_.released));
+  return !near(object) && (!s_.released.valid() || !near(s_.released));
 }
 
 // The hand moves along with what was touched as soon as that moves, until it is clear of it. `move`: the verb
 // has a goal of its own, which moves along; else the hand keeps its pose relative to it.
 void VelocityServo::GoAlong(bool move) {
   if (clear_) return;
-  int object = along_ >= 0 ? along_ : ContactObject();
-  if (object < 0 || (along_ < 0 && s_.objects[static_cast<size_t>(object)].V.norm() < kTargetMoves)) return;
+  ObjectId object = along_.valid() ? along_ : ContactObject();
+  if (!object.valid() || (!along_.valid() && s_.objects[object].V.norm() < kTargetMoves)) return;
   clear_ = IsClearOf(object);
-  if (clear_) object = -1;
+  if (clear_) object = kNone;
   if (object == along_) return;
-  const auto pose_of = [&](int of) {
-    return of < 0 ? control_scene_.X_WBase() : s_.objects[static_cast<size_t>(of)].X;
-  };
-  if (!move && object < 0) {
+  const auto pose_of = [&](ObjectId of) { return !of.valid() ? control_scene_.X_WBase() : s_.objects[of].X; };
+  if (!move && !object.valid()) {
     goal_.reset();
   } else {
     const Pose X_WGoal = move ? pose_of(along_) * goal_pose_ : s_.X_WH;
@@ -236,7 +230,7 @@ void VelocityServo::GoAlong(bool move) {
       goal_->turn_speed = options_.turn_speed;
     }
     goal_->target = {};
-    goal_->target.object = object;
+    goal_->target.object = object.value();
     goal_pose_ = pose_of(object).Inverse() * X_WGoal;
     goal_->functions = control::MakeObjective(control::Objective::kPose, goal_pose_);
   }

@@ -42,13 +42,13 @@ std::string Explain(const motion::JointPath& path) {
 }  // namespace
 
 std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
-  std::vector<control::MovingPose> still = s_.objects;
+  IndexedVector<ObjectId, control::MovingPose> still = s_.objects;
   for (control::MovingPose& object : still) object.V.setZero();
   robot::Kinematics kinematics(s_.model);
   const auto place = [&](const VectorXd& at_q) {
-    if (s_.held < 0) return;
+    if (!s_.held.valid()) return;
     kinematics.Set(at_q);
-    still[static_cast<size_t>(s_.held)].X = control_scene_.X_WBase() * kinematics.X_BH() * s_.X_HO_grasp;
+    still[s_.held].X = control_scene_.X_WBase() * kinematics.X_BH() * s_.X_HO_grasp;
   };
 
   // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
@@ -63,7 +63,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   free_options.self_distance = 0;
   control::ConstrainedVelocity follower(s_.model, control_scene_.X_WBase(), control_scene_.solids(), {},
                                         fields, free_options);
-  if (s_.held >= 0) follower.Hold(s_.held);
+  if (s_.held.valid()) follower.Hold(s_.held.value());
   control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
   Random random(static_cast<uint64_t>(s_.step) + 1);
@@ -77,7 +77,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     bool reached = false;
     for (int step = 0; step < kSteps && !reached; ++step) {
       place(end);
-      const VectorXd& v = follower.Compute({end, s_.opening, still}, &wanted);
+      const VectorXd& v = follower.Compute({end, s_.opening, still.values()}, &wanted);
       reached = follower.error_m() < tolerance_m_ && follower.error_rad() < tolerance_rad_;
       if (!reached) end += kStep * v;
     }
@@ -90,7 +90,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
 
   control::ConstrainedVelocity probe = MakeController();
   probe.Allow(allowed_bodies_);
-  if (s_.held >= 0) probe.Hold(s_.held);
+  if (s_.held.valid()) probe.Hold(s_.held.value());
   const double margin = options_.controller.joint_margin;
   problem.lower = (s_.model->lower().array() + margin).matrix();
   problem.upper = (s_.model->upper().array() - margin).matrix();
@@ -102,7 +102,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     for (const VectorXd& end : problem.goals) at_end = at_end || (where - end).cwiseAbs().maxCoeff() < kEnd;
     const double least = at_end ? -options_.controller.buffer - kTolerance : spare;
     place(where);
-    probe.Compute({where, s_.opening, still}, nullptr);
+    probe.Compute({where, s_.opening, still.values()}, nullptr);
     for (int i = 0; i < probe.num_rows(); ++i) {
       const control::ConstrainedVelocity::Row& row = probe.row(i);
       if (row.priority == 0 && row.value < least) return false;

@@ -31,8 +31,7 @@ std::string VelocityServo::WhatHoldsUp() const {
   for (int i = 0; i < s_.model->dof(); ++i) {
     const double margin = options_.controller.joint_margin + 0.06;
     if (s_.q[i] > s_.model->lower()[i] + margin && s_.q[i] < s_.model->upper()[i] - margin) continue;
-    text += (text.empty() ? "held up by " : ", ") +
-            ("the limit of " + s_.model->joint_names()[static_cast<size_t>(i)]);
+    text += (text.empty() ? "held up by " : ", ") + ("the limit of " + s_.model->joint_names()[ToIndex(i)]);
   }
   return text.empty() ? "beyond what the arm can do there" : text;
 }

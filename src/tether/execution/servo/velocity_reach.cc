@@ -54,8 +54,7 @@ double InnerRadius(const scene::RegionForm& form) {
 }  // namespace
 
 Pose VelocityServo::X_WTarget(const control::Frame& target) const {
-  const Pose X_WFrame =
-      target.object < 0 ? control_scene_.X_WBase() : s_.objects[static_cast<size_t>(target.object)].X;
+  const Pose X_WFrame = target.object < 0 ? control_scene_.X_WBase() : s_.objects[ObjectId(target.object)].X;
   return X_WFrame * target.X_OF;
 }
 
@@ -63,22 +62,22 @@ double VelocityServo::TopAbove(const scene::Region& region, const Pose& X_WR) co
   double top = 0;
   const auto* disc = std::get_if<scene::Disc>(&region.form);
   const auto* rectangle = std::get_if<scene::Rectangle>(&region.form);
-  for (size_t i = 0; i < s_.objects.size(); ++i) {
-    if (!s_.scene.objects[i].movable() || static_cast<int>(i) == s_.held) continue;
+  for (const ObjectId i : s_.objects.ids()) {
+    if (!s_.object(i).movable() || i == s_.held) continue;
     const Vector3d p = X_WR.Inverse() * s_.objects[i].X.p;
     const bool over = disc != nullptr ? p.head<2>().norm() <= disc->radius
                                       : rectangle != nullptr && std::abs(p.x()) <= rectangle->size.x() / 2 &&
                                             std::abs(p.y()) <= rectangle->size.y() / 2;
     if (!over) continue;
     const Vector3d up_O = s_.objects[i].X.R.transpose() * X_WR.R.col(2);
-    top = std::max(top, p.z() + geometry::Support(s_.scene.objects[i].shape, up_O));
+    top = std::max(top, p.z() + geometry::Support(s_.object(i).shape, up_O));
   }
   return top;
 }
 
-Vector3d VelocityServo::FootOf(int object, const Vector3d& up_W, double* radius) const {
-  const geometry::Shape& shape = s_.scene.objects[static_cast<size_t>(object)].shape;
-  const Vector3d up = SnapToAxis(s_.objects[static_cast<size_t>(object)].X.R.transpose() * up_W);
+Vector3d VelocityServo::FootOf(ObjectId object, const Vector3d& up_W, double* radius) const {
+  const geometry::Shape& shape = s_.object(object).shape;
+  const Vector3d up = SnapToAxis(s_.objects[object].X.R.transpose() * up_W);
   const Vector3d across = up.unitOrthogonal(), other = up.cross(across);
   *radius = 0;
   for (int k = 0; k < 16; ++k) {
@@ -91,14 +90,14 @@ Vector3d VelocityServo::FootOf(int object, const Vector3d& up_W, double* radius)
 std::optional<Pose> VelocityServo::KeyPose(Progress* missing) {
   const ResolvedStep& step = s_.current();
   if (step.X_TC) return step.X_TC;
-  const int target = control_scene_.ObjectIndex(step.schema.target);
-  if (step.control != kNone || target < 0) {
+  const ObjectId target = control_scene_.Find(step.schema.target);
+  if (step.control != kNone || !target.valid()) {
     *missing = Progress::Failed(EventKind::kFailed, "the plan has no key pose for " + step.schema.control +
                                                         " relative to " + step.schema.target);
     return std::nullopt;
   }
   if (grasp_) return grasp_;
-  const scene::Object& object = s_.scene.objects[static_cast<size_t>(target)];
+  const scene::Object& object = s_.object(target);
   constraints::GraspFlaws flaws;
   Eigen::Matrix3d R_WH = s_.X_WH.R;
   // Turned by half a turn, after two tries: fingers need not be alike on both sides.
@@ -145,10 +144,10 @@ void VelocityServo::EnterRegionReach(const planning::ReachVerb& reach, const sce
   double radius = 0;
   Pose X_WF = s_.X_WH;
   if (!hand) {
-    frame.object = s_.held;
+    frame.object = s_.held.value();
     frame.X_OF.p = FootOf(s_.held, X_WT.R.col(2), &radius);
     if (solid) frame.X_OF = Pose();
-    X_WF = s_.objects[static_cast<size_t>(s_.held)].X * frame.X_OF;
+    X_WF = s_.objects[s_.held].X * frame.X_OF;
   }
   const Pose X_TF_now = math::Between(X_WT, X_WF);
   const Vector3d up_F =
@@ -183,7 +182,7 @@ void VelocityServo::EnterRegionReach(const planning::ReachVerb& reach, const sce
   std::vector<control::FieldConstraint> fields;
   const RegionReach arrival{target, frame,  X_TF_now.p,
                             up_F,   radius, std::max(0.0, X_TF.p.z()) + reach.position_tolerance};
-  for (const control::ConstraintSpec& spec : s_.current().specs[static_cast<size_t>(s_.verb)]) {
+  for (const control::ConstraintSpec& spec : s_.current().specs[s_.verb]) {
     if (spec.kind == "cone" || spec.kind == "upright") {
       if (!solid) fields.push_back(BuildRegionField(spec, region, arrival, options_.controller.buffer));
     } else {
@@ -201,14 +200,14 @@ Progress VelocityServo::EnterFrameReach(const planning::ReachVerb& reach) {
   const auto X_TC = KeyPose(&missing);
   if (!X_TC) return missing;
   const bool again = s_.record().attempts > 1;
-  if (again && grasp_ && s_.held < 0 && s_.gripper.mode == robot::GripperCommand::Mode::kOpening) {
+  if (again && grasp_ && !s_.held.valid() && s_.gripper.mode == robot::GripperCommand::Mode::kOpening) {
     // What is beside the object may have obstructed an open hand.
     s_.gripper.opening = std::min(s_.model->gripper().max_opening, grasp_width_ + kNarrowOpening);
   }
   const control::Frame target = control_scene_.Target(schema().target);
   goal_ = control::Goal{};
   goal_->target = target;
-  if (s_.current().control != kNone) goal_->frame.object = s_.held;
+  if (s_.current().control != kNone) goal_->frame.object = s_.held.value();
   const Pose X_TF = Offset(reach.offset, reach.in, *X_TC, X_WTarget(target));
   const Objective objective =
       reach.objective.empty() ? Objective::kPose : *control::FindObjective(reach.objective);
@@ -267,7 +266,7 @@ Progress VelocityServo::Shift(const planning::ShiftVerb& shift) {
     goal_->speed = std::min(shift.speed, kFirstSpeed);
     goal_->turn_speed = options_.turn_speed;
     speed_ = shift.speed;
-    along_ = -1;
+    along_ = kNone;
     entered_ = true;
     return Progress::Running();
   }
@@ -281,9 +280,9 @@ Progress VelocityServo::Shift(const planning::ShiftVerb& shift) {
 double VelocityServo::WidestOpening() {
   control::ConstrainedVelocity probe = MakeController();
   probe.Allow(allowed_bodies_);
-  if (s_.held >= 0) probe.Hold(s_.held);
+  if (s_.held.valid()) probe.Hold(s_.held.value());
   const auto least_room = [&](double wide) {
-    probe.Compute({s_.q, wide, s_.objects}, nullptr);
+    probe.Compute({s_.q, wide, s_.objects.values()}, nullptr);
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < probe.num_rows(); ++i) {
       const control::ConstrainedVelocity::Row& row = probe.row(i);
@@ -299,7 +298,7 @@ double VelocityServo::WidestOpening() {
   // Along the whole opening: fingers on hinges may come nearest in between.
   while (wide < widest && least_room(std::min(wide + kOpeningStep, widest)) >= now - kNoRoom)
     wide += kOpeningStep;
-  return std::min(s_.held >= 0 ? std::max(wide, s_.opening + kLeastOpening) : wide, widest);
+  return std::min(s_.held.valid() ? std::max(wide, s_.opening + kLeastOpening) : wide, widest);
 }
 
 }  // namespace tether::execution

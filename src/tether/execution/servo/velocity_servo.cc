@@ -65,7 +65,7 @@ void VelocityServo::Sense() {
   if (!s_.q.allFinite()) return;
   if (!placed_) {
     placed_ = true;
-    controller_.Compute({s_.q, s_.opening, s_.objects}, nullptr);
+    controller_.Compute({s_.q, s_.opening, s_.objects.values()}, nullptr);
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
@@ -107,8 +107,8 @@ void VelocityServo::HeldChanged() {
     UpdateAllowed();
     return;
   }
-  controller_.Hold(s_.held);
-  if (drive_) drive_->Hold(s_.held);
+  controller_.Hold(s_.held.value());
+  if (drive_) drive_->Hold(s_.held.value());
   FindSupports();
   UpdateAllowed();
   FindBeneath();
@@ -189,7 +189,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 }
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
-  const control::VelocityInput input{s_.q, s_.opening, s_.objects, &s_.v};
+  const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   const control::Goal* goal = goal_ ? &*goal_ : nullptr;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);

@@ -11,7 +11,7 @@
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
 #include "tether/execution/servo/situation.h"
-#include "tether/execution/servo/torque_drive.h"
+#include "tether/execution/servo/torque_servo.h"
 #include "tether/execution/servo/velocity_servo_options.h"
 
 namespace tether::execution {
@@ -73,11 +73,11 @@ class VelocityServo final : public Servo {
   std::vector<int> BodiesOf(const std::string& name) const;
 
   void FindSupports();
-  void FindCarriers(const scene::Region& region, std::vector<int>& found) const;
+  void FindCarriers(const scene::Region& region, std::vector<ObjectId>& found) const;
   void FindBeneath();
-  bool IsOver(int object, int carrier) const;
-  int ContactObject() const;
-  bool IsClearOf(int object) const;
+  bool IsOver(ObjectId object, ObjectId carrier) const;
+  ObjectId ContactObject() const;
+  bool IsClearOf(ObjectId object) const;
   void GoAlong(bool move);
 
   // velocity_reach.cc
@@ -92,7 +92,7 @@ class VelocityServo final : public Servo {
   double TopAbove(const scene::Region& region, const math::Pose& X_WR) const;
   /// The lowest point of the held object along the region's axis, in the object's frame, and how far it
   /// reaches across.
-  Eigen::Vector3d FootOf(int object, const Eigen::Vector3d& up_W, double* radius) const;
+  Eigen::Vector3d FootOf(ObjectId object, const Eigen::Vector3d& up_W, double* radius) const;
 
   // velocity_progress.cc
   Progress WatchProgress(double error);
@@ -126,11 +126,12 @@ class VelocityServo final : public Servo {
   std::vector<control::FieldConstraint> verb_fields_;  ///< The controller's, of the present verb.
   std::vector<std::pair<std::string, std::string>> allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;  ///< `allowed_`, by the controller's numbers.
-  std::vector<int> supports_;                        ///< What the held object stood on and still touches.
-  std::vector<int> carriers_, carriers_next_;        ///< What carries the region that this step is about.
-  std::vector<int> beneath_, beneath_next_;  ///< What lies under these, or under what carries the target.
+  std::vector<ObjectId> supports_;                   ///< What the held object stood on and still touches.
+  std::vector<ObjectId> carriers_, carriers_next_;   ///< What carries the region that this step is about.
+  std::vector<ObjectId> beneath_,
+      beneath_next_;                   ///< What lies under these, or under what carries the target.
   math::Pose goal_pose_;               ///< Of the hand, of a shift, in the frame of `along_` or the base.
-  int along_ = kNone;                  ///< The object that the goal goes along with.
+  ObjectId along_;                     ///< The object that the goal goes along with.
   bool clear_ = false;                 ///< Of what was touched before this verb.
   std::vector<Eigen::VectorXd> path_;  ///< A detour that is being followed; what is left of it.
   size_t waypoint_ = 0;

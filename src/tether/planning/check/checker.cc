@@ -112,7 +112,7 @@ CheckResult CheckPlan(const Problem& problem, const Plan& plan) {
     throw InputError("the plan has " + std::to_string(plan.steps.size()) +
                      " key poses, but its actions have " + std::to_string(steps.size()));
   }
-  FrameTree tree(problem.scene, problem.robot.X_WHand);
+  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
   std::vector<Pose> poses;
   std::vector<Eigen::VectorXd> q;
   for (size_t t = 0; t < steps.size(); ++t) {
@@ -139,7 +139,7 @@ CheckResult CheckKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
   const Problem& problem = facts.problem();
   CheckResult result;
   Collector collector(result);
-  FrameTree tree(problem.scene, problem.robot.X_WHand);
+  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
   for (const BoundStep& step : steps) {
     [[maybe_unused]] const bool added = tree.AddStep(step.schema.control, step.schema.target);
     assert(added);

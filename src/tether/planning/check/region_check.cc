@@ -196,6 +196,7 @@ Verdict CheckRegionSteps(const SceneFacts& facts, const std::vector<std::string>
       report.plan.steps.push_back(std::move(step));
     }
   }
+  report.plan.held = problem.robot.holds;
   SetModes(&report.plan);
   report.optimize_s = limits.Elapsed() - begin;
   return verdict;

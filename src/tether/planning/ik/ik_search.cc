@@ -1,10 +1,12 @@
 #include "tether/planning/ik/ik_search.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tether/common/limits.h"
 #include "tether/common/random.h"
 #include "tether/common/text.h"
+#include "tether/robot/kinematics.h"
 
 namespace tether::planning {
 namespace {
@@ -14,6 +16,10 @@ using math::Pose;
 
 // Other starts, where the configuration before does not lead to a solution.
 constexpr int kElsewhere = 10;
+// A solution with a joint this near to a limit is a poor one: others are looked for, from so many starts,
+// rad.
+constexpr double kPoor = 0.1;
+constexpr int kBetterStarts = 6;
 
 }  // namespace
 
@@ -119,9 +125,46 @@ IkSolution IkSearch::FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd*
       ik_solution.found = attempt(q);
     }
   }
+  if (ik_solution.found) PreferRoom(from, best);
   ik_solution.q = best.q;
   if (!ik_solution.found) ik_solution.problem = Explain(best);
   return ik_solution;
+}
+
+// An arm that comes from the other side may end up folded, a joint at its limit: what follows is then hardly
+// reached. With joint 1 turned towards the hand it has room.
+void IkSearch::PreferRoom(const Eigen::VectorXd& from, robot::Posture& best) {
+  const auto room = [&](const Eigen::VectorXd& q) {
+    return std::min((q - problem_.lower).minCoeff(), (problem_.upper - q).minCoeff());
+  };
+  const auto travel = [&](const Eigen::VectorXd& q) { return (q - from).cwiseAbs().maxCoeff(); };
+  if (room(best.q) >= kPoor) return;
+  const robot::Model& model = *facts_.problem().robot.model;
+  const Eigen::VectorXd rest = problem_.rest;
+  Eigen::VectorXd home = model.home();
+  const Pose X_BHome = robot::LinkPoses(model.chain(), home).X_BH();
+  const double turn =
+      std::atan2(problem_.X_BH.p.y(), problem_.X_BH.p.x()) - std::atan2(X_BHome.p.y(), X_BHome.p.x());
+  home[0] = std::clamp(home[0] + std::remainder(turn, 2 * M_PI), problem_.lower[0], problem_.upper[0]);
+  Random random(2);
+  std::optional<robot::Posture> other;
+  for (int i = 0; i < kBetterStarts; ++i) {
+    robot::Posture posture;
+    posture.q = home;
+    // The hand may have to be turned either way.
+    const Eigen::Index last = home.size() - 1;
+    if (i == 1) posture.q[last] = problem_.lower[last] + 4 * kPoor;
+    if (i == 2) posture.q[last] = problem_.upper[last] - 4 * kPoor;
+    for (int joint = 1; joint < home.size() && i > 2; ++joint)
+      posture.q[joint] = random.Uniform(problem_.lower[joint], problem_.upper[joint]);
+    problem_.rest = posture.q;
+    PollLimitsNow();
+    solver_.Solve(problem_, posture);
+    if (!posture.reaches() || posture.distance < kLeastLinkClearance || room(posture.q) < kPoor) continue;
+    if (!other || travel(posture.q) < travel(other->q)) other = posture;
+  }
+  problem_.rest = rest;
+  if (other) best = *other;
 }
 
 std::string IkSearch::Explain(const robot::Posture& posture) const {

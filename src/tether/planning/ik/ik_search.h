@@ -71,6 +71,8 @@ class IkSearch {
 
  private:
   IkSolution FindOne(const Eigen::VectorXd& from, const Eigen::VectorXd* other);
+  /// A solution with a joint at its limit is replaced by one with room, if there is one.
+  void PreferRoom(const Eigen::VectorXd& from, robot::Posture& best);
 
   const SceneFacts& facts_;
   math::Pose X_BaseW_;

@@ -118,7 +118,7 @@ std::vector<std::string> UnmovedBelow(const Problem& problem, const std::vector<
 std::optional<std::vector<HandBound>> BoundHand(const SceneFacts& facts,
                                                 const std::vector<BoundStep>& steps) {
   const Problem& problem = facts.problem();
-  FrameTree tree(problem.scene, problem.robot.X_WHand);
+  FrameTree tree(problem.scene, problem.robot.X_WHand, problem.robot.holds);
   const auto choose = [](const std::string&, const std::vector<constraints::Option>&) { return 0; };
   const constraints::Memo memo;
   const std::vector<math::Pose> poses(steps.size());  // Not read: bounds don't depend on poses.

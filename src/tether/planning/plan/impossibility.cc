@@ -11,10 +11,10 @@ namespace {
 /// What is reachable with some actions left out.
 struct Reached {
   bool goal = false, all_seen = true;
-  std::vector<bool> done;  // by action: it is applicable somewhere
+  IndexedVector<ActionId, bool> done;  // it is applicable somewhere
 };
 
-Reached Explore(task::Product& product, const std::vector<bool>& left_out, size_t most_states,
+Reached Explore(task::Product& product, const IndexedVector<ActionId, bool>& left_out, size_t most_states,
                 const Limits& limits) {
   Reached reached;
   reached.done.assign(left_out.size(), false);
@@ -22,7 +22,7 @@ Reached Explore(task::Product& product, const std::vector<bool>& left_out, size_
   if (!start) return reached;
   std::set<symbolic::State> seen{*start};
   std::deque<const symbolic::State*> open{&*seen.begin()};
-  std::vector<int> applicable;
+  std::vector<ActionId> applicable;
   symbolic::State next(product.words());
   while (!open.empty()) {
     const symbolic::State& state = *open.front();
@@ -32,9 +32,9 @@ Reached Explore(task::Product& product, const std::vector<bool>& left_out, size_
       return reached;
     }
     product.FindApplicable(state, applicable);
-    for (const int action : applicable) {
-      if (left_out[static_cast<size_t>(action)]) continue;
-      reached.done[static_cast<size_t>(action)] = true;
+    for (const ActionId action : applicable) {
+      if (left_out[action]) continue;
+      reached.done[action] = true;
       if (!product.Apply(action, state, next)) continue;
       const auto [place, fresh] = seen.insert(next);
       if (fresh) open.push_back(&*place);
@@ -54,12 +54,12 @@ bool NoSequenceIsLeft(const symbolic::Task& task, const std::optional<task::Temp
                       const Limits& limits) {
   // The product holds the task by shared pointer, but does not outlive this call.
   task::Product product(std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}), goal);
-  std::vector<bool> left_out(task.actions().size(), false);
+  IndexedVector<ActionId, bool> left_out(task.actions().size(), false);
   const auto fails = [](const task::Conflict& conflict) {
     return conflict.kind == task::Conflict::Kind::kProved && (conflict.anywhere || !conflict.unless.empty());
   };
   for (const task::Conflict& conflict : conflicts) {
-    if (fails(conflict)) left_out[static_cast<size_t>(conflict.prefix.back())] = true;
+    if (fails(conflict)) left_out[conflict.prefix.back()] = true;
   }
   // An action that fails only as long as nothing is moved is allowed again once an action that moves it is
   // applicable.
@@ -67,12 +67,12 @@ bool NoSequenceIsLeft(const symbolic::Task& task, const std::optional<task::Temp
     const Reached reached = Explore(product, left_out, most_states, limits);
     if (reached.goal || !reached.all_seen) return false;
     bool more = false;
-    for (size_t action = 0; action < left_out.size(); ++action) {
+    for (const ActionId action : left_out.ids()) {
       if (!left_out[action]) continue;
       const bool still = std::any_of(conflicts.begin(), conflicts.end(), [&](const task::Conflict& conflict) {
-        return fails(conflict) && conflict.prefix.back() == static_cast<int>(action) &&
+        return fails(conflict) && conflict.prefix.back() == action &&
                std::none_of(conflict.unless.begin(), conflict.unless.end(),
-                            [&](int other) { return reached.done[static_cast<size_t>(other)]; });
+                            [&](ActionId other) { return reached.done[other]; });
       });
       if (still) continue;
       left_out[action] = false;

@@ -10,6 +10,14 @@
 
 namespace tether::planning {
 
+/// The arm's motion to where a step begins: from the end of the step before to its first reach.
+struct StepMotion {
+  std::vector<Eigen::VectorXd> path;  ///< n each, rad, straight in between.
+  double duration = 0;                ///< Of the whole step, with its straight motions, s.
+  double clearance = 0;               ///< The path's least distance from anything, m, up to kMostClearance.
+};
+inline constexpr double kMostClearance = 0.05;
+
 /// One key pose of a plan: `control` at X_TC in `target`, wherever the target moves. Names are bound.
 struct PlanStep {
   std::string action;    ///< "pick(hook)"
@@ -26,7 +34,8 @@ struct PlanStep {
   std::string face = {};
   /// What the arm may press with in this step, N, in place of what the scenario says.
   std::optional<double> max_force = {};
-  bool target_is_region = false;  ///< Any pose in the region `target` serves; X_TC is not used.
+  std::optional<StepMotion> motion = {};  ///< None: not planned, or not planned for this kind of step.
+  bool target_is_region = false;          ///< Any pose in the region `target` serves; X_TC is not used.
 
   // What follows from the plan's steps together: see SetModes().
   StepMode mode = StepMode::kFree;
@@ -42,6 +51,7 @@ struct PlanStep {
 struct Plan {
   std::string scenario;              ///< Title of the scenario it was made for.
   std::string robot;                 ///< The acting robot's name.
+  std::string held = {};             ///< The object in the hand at the start; empty: none.
   std::vector<std::string> actions;  ///< "pick(hook)", "push(hook,box,table)", …
   std::vector<PlanStep> steps;
   double cost = 0;

@@ -244,7 +244,8 @@ class PlanParser {
     }
     reader.Text("held", "");
     reader.Text("tool", "");
-    if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan);
+    if (const Value* q = reader.Optional("q")) step.q = ReadJoints(*q, plan, "'q' of step");
+    ReadMotion(reader, step, plan);
     if (const Value* force = reader.Optional("max_force"))
       step.max_force = ReadPositive(*force, "'max_force' of step (N)", diagnostics_);
     if (const Value* execute = reader.Optional("execute")) {
@@ -259,10 +260,25 @@ class PlanParser {
     return step;
   }
 
-  Eigen::VectorXd ReadJoints(const Value& value, const Plan& plan) {
+  Eigen::VectorXd ReadJoints(const Value& value, const Plan& plan, const std::string& what) {
     const scene::Robot* robot = scene_.FindRobot(plan.robot);
     const size_t n = robot != nullptr && !robot->q.empty() ? robot->q.size() : value.items().size();
-    return ReadVector(value, static_cast<int>(n), "'q' of step", diagnostics_).value_or(Eigen::VectorXd());
+    return ReadVector(value, static_cast<int>(n), what, diagnostics_).value_or(Eigen::VectorXd());
+  }
+
+  void ReadMotion(ObjectReader& reader, PlanStep& step, const Plan& plan) {
+    StepMotion motion;
+    motion.duration = reader.Number("duration_s", 0);
+    motion.clearance = reader.Number("clearance_m", 0);
+    const Value* path = reader.Optional("path");
+    if (path == nullptr) return;
+    if (!path->is_array() || path->items().size() < 2) {
+      diagnostics_.Add(path->where(), "'path' of step is not a path",
+                       "a list of at least two configurations, or no 'path'");
+      return;
+    }
+    for (const Value& q : path->items()) motion.path.push_back(ReadJoints(q, plan, "'path' of step"));
+    step.motion = std::move(motion);
   }
 
   void ReadPoseOf(ObjectReader& reader, PlanStep& step) {
@@ -329,6 +345,14 @@ Value WriteStep(const PlanStep& step, bool with_execution) {
   if (!step.face.empty()) value.Set("face", step.face);
   if (step.q.size() > 0) value.Set("q", Value(step.q));
   if (step.max_force) value.Set("max_force", *step.max_force);
+  if (step.motion) {
+    value.Set("duration_s", step.motion->duration).Set("clearance_m", step.motion->clearance);
+    if (with_execution) {
+      Value path = Value::Array();
+      for (const Eigen::VectorXd& q : step.motion->path) path.Append(Value(q));
+      value.Set("path", path);
+    }
+  }
   if (with_execution) {
     Value verbs = Value::Array();
     for (const Verb& verb : step.execute) verbs.Append(WriteVerb(verb));

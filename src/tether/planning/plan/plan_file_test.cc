@@ -63,6 +63,7 @@ Plan MakePlan() {
        math::Pose(),
        {reach, WaitVerb{0.1}, GripperVerb{"", 13.5}, ShiftVerb{{1, 2, 3}, In::kHand, 0.07}}});
   plan.steps[0].q = Eigen::Vector3d(0.1, -1.0 / 3, 2e-17);
+  plan.steps[0].motion = {{Eigen::Vector3d(0.2, 0, 1.0 / 3), Eigen::Vector3d(0.1, -1, 0)}, 1.5, 0.012};
   SetModes(&plan);
   return plan;
 }
@@ -106,6 +107,12 @@ TEST(PlanFileTest, RoundTripKeepsEverything) {
     EXPECT_EQ(b.tool, a.tool);
     EXPECT_EQ(b.X_TC.p, a.X_TC.p);
     EXPECT_TRUE(b.X_TC.R.isApprox(a.X_TC.R, 1e-14));
+    ASSERT_EQ(b.motion.has_value(), a.motion.has_value());
+    if (a.motion) {
+      EXPECT_EQ(b.motion->path, a.motion->path);
+      EXPECT_EQ(b.motion->duration, a.motion->duration);
+      EXPECT_EQ(b.motion->clearance, a.motion->clearance);
+    }
     ASSERT_EQ(b.execute.size(), a.execute.size());
     for (size_t j = 0; j < a.execute.size(); ++j) {
       EXPECT_EQ(WriteJson(WriteVerb(b.execute[j])), WriteJson(WriteVerb(a.execute[j])));
@@ -146,6 +153,17 @@ TEST(PlanFileTest, ModesMayBeMissing) {
   EXPECT_EQ(ErrorOf(wrong, MakeScene(), MakeActions()), "");
   wrong.replace(begin, 6, "pull");
   EXPECT_NE(ErrorOf(wrong, MakeScene(), MakeActions()).find("'mode' of step is 'pull'"), std::string::npos);
+}
+
+TEST(PlanFileTest, APathOfOneConfigurationIsNone) {
+  std::string wrong = Written();
+  const size_t begin = wrong.find("\"path\": ["), end = wrong.find("]", wrong.find("]", begin) + 1);
+  ASSERT_NE(begin, std::string::npos);
+  wrong.replace(begin, wrong.find("]", end + 1) + 1 - begin, "\"path\": [[0.1, 0.2, 0.3]]");
+  EXPECT_NE(ErrorOf(wrong, MakeScene(), MakeActions())
+                .find("'path' of step is not a path (accepted: a list of at least two configurations"),
+            std::string::npos)
+      << ErrorOf(wrong, MakeScene(), MakeActions());
 }
 
 TEST(PlanFileTest, PosesMassesAndFrictionMayDiffer) {

@@ -41,6 +41,7 @@ Value WritePlanReport(const PlanReport& report, const std::string& scenario, uin
                           .Set("parse_s", report.parse_s)
                           .Set("search_s", report.search_s)
                           .Set("optimize_s", report.optimize_s)
+                          .Set("motion_s", report.motion_s)
                           .Set("total_s", report.total_s));
   value.Set("search", Value::Object()
                           .Set("expanded", report.expanded)

@@ -15,6 +15,7 @@
 #include "tether/planning/skeleton/action_reader.h"
 #include "tether/planning/skeleton/skeleton_source.h"
 #include "tether/planning/skeleton/subsequences.h"
+#include "tether/planning/transit/plan_motion.h"
 
 namespace tether::planning {
 namespace {
@@ -23,9 +24,9 @@ namespace {
 constexpr size_t kFewStates = 2000;
 constexpr size_t kManyStates = 100'000;
 
-std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<int>& actions) {
+std::vector<std::string> ActionNames(const symbolic::Task& task, const std::vector<ActionId>& actions) {
   std::vector<std::string> names;
-  for (int action : actions) names.push_back(task.actions()[static_cast<size_t>(action)].name);
+  for (const ActionId action : actions) names.push_back(task.actions()[action].name);
   return names;
 }
 
@@ -58,7 +59,9 @@ class Planner {
 
   PlanReport Run() {
     try {
-      Search();
+      do {
+        Search();
+      } while (RejectsBest());
     } catch (const LimitReached& reached) {
       reached_ = reached.limit();
     }
@@ -70,16 +73,47 @@ class Planner {
   void Search() {
     while (!HasEnded()) {
       const double begin = limits_.Elapsed();
-      std::vector<std::vector<int>> batch = source_.NextBatch(limits_);
+      std::vector<std::vector<ActionId>> batch = source_.NextBatch(limits_);
       report_.search_s += limits_.Elapsed() - begin;
       if (batch.empty() && !(costs_.empty() && source_.AllowReturns())) break;
       TryAll(std::move(batch));
     }
   }
 
+  /// Plans the arm's motions of the best plan. If it has none, the plan is rejected, with what blocks it as a
+  /// conflict, and the search goes on.
+  bool RejectsBest() {
+    const std::vector<int> order = report_.BestFirst();
+    if (!problem_.motion || order.empty()) return false;
+    CandidateReport& best = report_.candidates[static_cast<size_t>(order.front())];
+    if (!best.feasible()) return false;
+    const double begin = limits_.Elapsed();
+    const MotionOutcome outcome = PlanMotions(problem_, &best.plan);
+    report_.motion_s += limits_.Elapsed() - begin;
+    if (outcome.found) return false;
+    const PlanStep& step = best.plan.steps[static_cast<size_t>(outcome.step)];
+    best.status = CandidateStatus::kGaveUp;
+    best.reason = step.action + ": " + outcome.reason;
+    const std::vector<ActionId> actions = sequences_[static_cast<size_t>(order.front())];
+    Verdict verdict;
+    verdict.report.reason = best.reason;
+    verdict.failing_actions = static_cast<size_t>(step.action_index) + 1;
+    const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
+    if (blocker != nullptr && blocker->movable()) verdict.unmoved = {blocker->name};
+    fates_[actions] = Fate::kFailed;
+    const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
+    if (cost != costs_.end()) costs_.erase(cost);
+    for (auto& orders : feasible_orders_) orders.second.erase(subsequences_.NormalOrder(actions));
+    AddConflict(actions, verdict);
+    if (on_candidate_) on_candidate_(best);
+    ended_ = false;
+    skipped_ = 0;
+    return !limits_.Over();
+  }
+
   /// A sequence that waits for its turn.
   struct Candidate {
-    std::vector<int> actions;
+    std::vector<ActionId> actions;
     int index = 0;                      // in the order of finding
     std::future<Verdict> verdict = {};  // if it was begun ahead; its destructor waits
   };
@@ -89,7 +123,13 @@ class Planner {
     kSkipped,  // not tried: a subsequence is feasible, or another order is feasible or cheaper
   };
 
-  bool HasEnded() const { return ended_ || impossible_ || limits_.Over() || FirstIsEnough(); }
+  bool HasEnded() const {
+    return ended_ || impossible_ || limits_.Over() || FirstIsEnough() || TriedInVain();
+  }
+  bool TriedInVain() const {
+    const int most = problem_.search.max_candidates;
+    return most > 0 && costs_.empty() && static_cast<int>(report_.candidates.size()) >= most;
+  }
   bool AllWanted() const { return problem_.search.max_plans == 0; }
   size_t Wanted() const { return static_cast<size_t>(problem_.search.max_plans.value_or(1)); }
   /// The wanted plans are found.
@@ -107,12 +147,12 @@ class Planner {
                             problem_.search.patience * static_cast<double>(last_improvement_));
   }
 
-  bool Refuted(const std::vector<int>& actions) const {
+  bool Refuted(const std::vector<ActionId>& actions) const {
     return std::any_of(conflicts_.begin(), conflicts_.end(),
                        [&](const task::Conflict& conflict) { return conflict.RulesOut(actions); });
   }
 
-  Verdict Optimize(const std::vector<int>& actions, int index) const {
+  Verdict Optimize(const std::vector<ActionId>& actions, int index) const {
     const std::vector<std::string> names = ActionNames(task_, actions);
     const LimitsScope scope(limits_);
     try {
@@ -126,9 +166,9 @@ class Planner {
     }
   }
 
-  void TryAll(std::vector<std::vector<int>> batch) {
+  void TryAll(std::vector<std::vector<ActionId>> batch) {
     std::vector<Candidate> candidates;
-    for (std::vector<int>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
+    for (std::vector<ActionId>& actions : batch) candidates.push_back({std::move(actions), next_index_++});
     const size_t window = static_cast<size_t>(problem_.search.threads);
     size_t ahead = 0;
     for (size_t i = 0; i < candidates.size() && !HasEnded(); ++i) {
@@ -143,7 +183,7 @@ class Planner {
   }
 
   /// By what is known so far, it is a candidate.
-  bool IsReady(const std::vector<int>& actions) {
+  bool IsReady(const std::vector<ActionId>& actions) {
     if (Refuted(actions) || fates_.contains(actions)) return false;
     for (const Subsequence& part : subsequences_.Find(actions)) {
       if (!Counts(part)) continue;
@@ -175,9 +215,9 @@ class Planner {
   }
 
   /// A feasible plan has the same actions in another order, equivalent by the symbols.
-  bool IsOtherOrder(const std::vector<int>& actions) {
+  bool IsOtherOrder(const std::vector<ActionId>& actions) {
     if (AllWanted() || feasible_orders_.empty()) return false;
-    std::vector<int> sorted = actions;
+    std::vector<ActionId> sorted = actions;
     std::sort(sorted.begin(), sorted.end());
     const auto same_actions = feasible_orders_.find(sorted);
     return same_actions != feasible_orders_.end() &&
@@ -185,7 +225,7 @@ class Planner {
   }
 
   void Try(Candidate& candidate, bool in_any_order = false) {
-    const std::vector<int>& actions = candidate.actions;
+    const std::vector<ActionId>& actions = candidate.actions;
     if (Refuted(actions) || fates_.contains(actions)) return;
     const bool needless = HasSubsequencePlan(candidate);
     if (HasEnded()) return;
@@ -219,21 +259,21 @@ class Planner {
     Try(shorter, true);
   }
 
-  double BoundOf(const std::vector<int>& actions) const {
+  double BoundOf(const std::vector<ActionId>& actions) const {
     return LowerCostBound(facts_, BindSkeleton(problem_, ActionNames(task_, actions)));
   }
 
   /// An order of the same actions whose lower cost bound is much less, found step by step; empty if there is
   /// none.
-  std::vector<int> ShorterOrder(const std::vector<int>& actions) {
-    std::vector<int> best = actions;
-    std::vector<std::vector<int>> others = subsequences_.Exchanged(best);
+  std::vector<ActionId> ShorterOrder(const std::vector<ActionId>& actions) {
+    std::vector<ActionId> best = actions;
+    std::vector<std::vector<ActionId>> others = subsequences_.Exchanged(best);
     if (others.empty()) return {};
     const double first = BoundOf(actions);
     double least = first;
     size_t without_gain = 0;
     for (int at = 0; at < kMostOrders && without_gain < others.size() && !limits_.Over(); ++at) {
-      std::vector<int>& other = others[static_cast<size_t>(at) % others.size()];
+      std::vector<ActionId>& other = others[static_cast<size_t>(at) % others.size()];
       const double bound = BoundOf(other);
       ++without_gain;
       if (bound >= least * (1 - kBetter)) continue;
@@ -242,27 +282,27 @@ class Planner {
       others = subsequences_.Exchanged(best);
       without_gain = 0;
     }
-    return least < kMuchShorter * first ? best : std::vector<int>();
+    return least < kMuchShorter * first ? best : std::vector<ActionId>();
   }
 
-  void Skip(const std::vector<int>& actions, bool needless) {
+  void Skip(const std::vector<ActionId>& actions, bool needless) {
     fates_[actions] = Fate::kSkipped;
     ++(needless ? report_.needless : report_.other_orders);
     if (Enough() && ++skipped_ >= kMostSkipped) ended_ = true;
   }
 
   /// Keeps the costs in order.
-  void AddPlan(const std::vector<int>& actions, double cost) {
+  void AddPlan(const std::vector<ActionId>& actions, double cost) {
     if (!Enough() || cost < costs_[Wanted() - 1] - kBetter * std::abs(cost))
       last_improvement_ = report_.candidates.size() + 1;
     costs_.insert(std::upper_bound(costs_.begin(), costs_.end(), cost), cost);
     if (AllWanted()) return;
-    std::vector<int> sorted = actions;
+    std::vector<ActionId> sorted = actions;
     std::sort(sorted.begin(), sorted.end());
     feasible_orders_[sorted].insert(subsequences_.NormalOrder(actions));
   }
 
-  void Prune(const std::vector<int>& actions, double bound) {
+  void Prune(const std::vector<ActionId>& actions, double bound) {
     CandidateReport pruned;
     pruned.status = CandidateStatus::kPruned;
     pruned.plan.actions = ActionNames(task_, actions);
@@ -271,10 +311,11 @@ class Planner {
     FormatInto(text, sizeof text, "it costs at least %.4f", bound);
     pruned.reason = text;
     if (on_candidate_) on_candidate_(pruned);
+    sequences_.push_back(actions);
     report_.candidates.push_back(std::move(pruned));
   }
 
-  void Record(const std::vector<int>& actions, double bound, Verdict verdict) {
+  void Record(const std::vector<ActionId>& actions, double bound, Verdict verdict) {
     CandidateReport& report = verdict.report;
     report.bound = bound;
     // Where the cost of key poses does not count, a plan's cost is that of its actions.
@@ -283,10 +324,11 @@ class Planner {
     if (report.feasible()) AddPlan(actions, report.plan.cost);
     if (verdict.failing_actions > 0) AddConflict(actions, verdict);
     if (on_candidate_) on_candidate_(report);
+    sequences_.push_back(actions);
     report_.candidates.push_back(std::move(report));
   }
 
-  void AddConflict(const std::vector<int>& actions, const Verdict& verdict) {
+  void AddConflict(const std::vector<ActionId>& actions, const Verdict& verdict) {
     task::Conflict conflict;
     conflict.kind = verdict.report.status == CandidateStatus::kInfeasible ? task::Conflict::Kind::kProved
                                                                           : task::Conflict::Kind::kGaveUp;
@@ -306,7 +348,7 @@ class Planner {
   }
 
   /// Ground actions with a step that brings one of these objects somewhere.
-  std::vector<int> ActionsThatMove(const std::vector<std::string>& objects) {
+  std::vector<ActionId> ActionsThatMove(const std::vector<std::string>& objects) {
     if (moved_by_.empty()) {
       for (const auto& action : task_.actions()) {
         PollLimits();
@@ -318,19 +360,19 @@ class Planner {
         }
       }
     }
-    std::vector<int> all;
-    for (size_t action = 0; action < moved_by_.size(); ++action) {
+    std::vector<ActionId> all;
+    for (const ActionId action : moved_by_.ids()) {
       PollLimits();
       const std::vector<std::string>& moved = moved_by_[action];
       if (std::find_first_of(moved.begin(), moved.end(), objects.begin(), objects.end()) != moved.end())
-        all.push_back(static_cast<int>(action));
+        all.push_back(action);
     }
     return all;
   }
 
-  double CostOf(const std::vector<int>& actions) const {
+  double CostOf(const std::vector<ActionId>& actions) const {
     int64_t cost = 0;
-    for (int action : actions) cost += task_.actions()[static_cast<size_t>(action)].cost;
+    for (const ActionId action : actions) cost += task_.actions()[action].cost;
     return static_cast<double>(cost) * task_.cost_unit();
   }
 
@@ -347,16 +389,18 @@ class Planner {
   SkeletonSource source_;
   Subsequences subsequences_;
   int next_index_ = 0;
-  std::map<std::vector<int>, Fate> fates_;  // of all sequences that were tried or skipped, and not ruled out
-  std::vector<double> costs_;               // of the feasible ones, ascending
-  std::map<std::vector<int>, std::set<std::vector<int>>> feasible_orders_;  // normal ones, by sorted actions
+  std::map<std::vector<ActionId>, Fate>
+      fates_;  // of all sequences that were tried or skipped, and not ruled out
+  std::vector<std::vector<ActionId>> sequences_;  // of the candidates in the report
+  std::vector<double> costs_;                     // of the feasible ones, ascending
+  std::map<std::vector<ActionId>, std::set<std::vector<ActionId>>>
+      feasible_orders_;          // normal ones, by sorted actions
   size_t last_improvement_ = 0;  // number of the candidate that was the last to improve on what was there
   int skipped_ = 0;              // since the last candidate
   bool ended_ = false;           // Planning ended while other candidates may be left.
   std::vector<task::Conflict> conflicts_;
-  bool impossible_ = false;  // The proofs rule out every sequence.
-  std::vector<std::vector<std::string>>
-      moved_by_;  // The frames that each ground action moves; filled on demand.
+  bool impossible_ = false;                                     // The proofs rule out every sequence.
+  IndexedVector<ActionId, std::vector<std::string>> moved_by_;  // The frames that it moves; filled on demand.
   PlanReport report_;
 };
 
@@ -386,7 +430,7 @@ void Planner::Conclude() {
   report_.expanded = static_cast<int>(source_.expanded());
   report_.generated = static_cast<int>(source_.generated());
   report_.total_s = limits_.Elapsed();
-  report_.optimize_s = report_.total_s - report_.search_s;
+  report_.optimize_s = report_.total_s - report_.search_s - report_.motion_s;
   const bool all_seen = ended == task::SearchStatus::kExhausted;
   // A limit on the length may have left no sequence at all.
   impossible_ = impossible_ || (costs_.empty() && !all_seen && !limit &&

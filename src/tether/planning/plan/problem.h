@@ -23,8 +23,9 @@ struct ActingRobot {
   std::string name;
   std::shared_ptr<const robot::Model> model;  ///< Null: plan without an arm.
   math::Pose X_WBase;
-  math::Pose X_WHand;  ///< The hand's pose at the start.
-  Eigen::VectorXd q;   ///< Its joints then, rad; empty: the model's home.
+  math::Pose X_WHand;      ///< The hand's pose at the start.
+  Eigen::VectorXd q;       ///< Its joints then, rad; empty: the model's home.
+  std::string holds = {};  ///< What the hand holds at the start, as it lies in it; empty: nothing.
 };
 
 /// Weights of the objective's parts: α and β of paper A, eq. (4).
@@ -76,6 +77,7 @@ struct SearchOptions {
   /// the k-th was the last that improved the wanted plans; not before these are found.
   int min_candidates = 16;
   double patience = 2;
+  int max_candidates = 0;   ///< Planning gives up after so many without a plan; 0: no limit.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
   size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
   /// The cost of key poses does not count: the cheapest feasible action sequence is best, and sequences are
@@ -94,6 +96,8 @@ struct Problem {
   std::vector<ConstraintSpec> constraints;  ///< Hold at every step.
   std::optional<task::TemporalGoal> goal;   ///< In place of the task's own.
   ActingRobot robot;
+  std::vector<ActingRobot> others;  ///< Arms that stand still.
+  bool motion = false;              ///< Plan the arm's motions of the best plan.
   ProgramOptions program;
   SearchOptions search;
 };

@@ -58,6 +58,7 @@ struct PlanReport {
   double parse_s = 0;
   double search_s = 0;
   double optimize_s = 0;
+  double motion_s = 0;  ///< For the arm's motions of the best plan.
   double total_s = 0;
 
   bool ok() const { return status == PlanStatus::kSolved; }

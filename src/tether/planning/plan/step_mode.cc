@@ -68,7 +68,7 @@ std::vector<std::string> StepModeNames() {
 }
 
 void SetModes(Plan* plan) {
-  std::string held;
+  std::string held = plan->held;
   int grasp_step = -1;
   for (size_t i = 0; i < plan->steps.size(); ++i) {
     PlanStep& step = plan->steps[i];

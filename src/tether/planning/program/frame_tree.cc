@@ -7,7 +7,7 @@
 
 namespace tether::planning {
 
-FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand) {
+FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand, const std::string& holds) {
   const auto add = [&](const std::string& name) {
     index_.emplace(name, static_cast<int>(names_.size()));
     names_.push_back(name);
@@ -24,7 +24,7 @@ FrameTree::FrameTree(const scene::Scene& scene, const math::Pose& X_WHand) {
   for (const scene::Object& object : scene.objects) hang(object.parent);
   for (const scene::Region& region : scene.regions) hang(region.parent);
   for (const scene::Robot& robot : scene.robots) hang(robot.parent);
-  hang(scene::kWorld);
+  hang(holds.empty() ? scene::kWorld : holds);
   states_.push_back(std::move(start));
   MoveTo(scene, X_WHand);
 }
@@ -37,7 +37,9 @@ void FrameTree::MoveTo(const scene::Scene& scene, const math::Pose& X_WHand) {
   for (const scene::Object& object : scene.objects) at(object.name) = object.X_ParentObject;
   for (const scene::Region& region : scene.regions) at(region.name) = region.X_ParentRegion;
   for (const scene::Robot& robot : scene.robots) at(robot.name) = robot.X_ParentBase;
-  at(constraints::kHand) = X_WHand;
+  const std::string& holder = ParentAt(constraints::kHand, -1);
+  at(constraints::kHand) =
+      holder == scene::kWorld ? X_WHand : math::Between(scene.InitialPose(holder), X_WHand);
   for (size_t i = 0; i < parameters_.size(); ++i)
     parameters_[i] = PoseAtStart(parameter_frames_[i].first, parameter_frames_[i].second);
 }

@@ -23,8 +23,9 @@ using Chain = std::vector<ChainLink>;
 /// and the variable of the step is the pose between the two. Paper A, eqs. (5), (18), (19).
 class FrameTree {
  public:
-  /// The tree at the start: the scene's frames, and the hand at `X_WHand`.
-  FrameTree(const scene::Scene& scene, const math::Pose& X_WHand);
+  /// The tree at the start: the scene's frames, and the hand at `X_WHand`, attached to the object that it
+  /// holds, or to the world.
+  FrameTree(const scene::Scene& scene, const math::Pose& X_WHand, const std::string& holds = {});
 
   bool Has(const std::string& frame) const { return index_.contains(frame); }
   int num_steps() const { return static_cast<int>(states_.size()) - 1; }

@@ -155,7 +155,7 @@ KeyPoseProgram BuildProgram(const SceneFacts& facts, const std::vector<BoundStep
                             const Variant& variant, const ProgramStart& start) {
   Random random = start.random;
   const Problem& problem = facts.problem();
-  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand),
+  KeyPoseProgram out{.tree = FrameTree(problem.scene, problem.robot.X_WHand, problem.robot.holds),
                      .program = {},
                      .guess = {},
                      .choices = {},

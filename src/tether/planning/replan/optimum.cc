@@ -6,6 +6,7 @@
 
 #include "tether/constraints/grasps/upper_face.h"
 #include "tether/planning/ik/ik_rows.h"
+#include "tether/planning/ik/turned_grasps.h"
 #include "tether/planning/program/effort.h"
 
 namespace tether::planning {
@@ -37,6 +38,7 @@ void ReportKeyPoses(const SceneFacts& facts, const std::vector<std::string>& act
   Plan plan;
   plan.scenario = problem.title;
   plan.robot = problem.robot.name;
+  plan.held = problem.robot.holds;
   plan.actions = actions;
   for (size_t t = 0; t < steps.size(); ++t) {
     const BoundStep& step = steps[t];
@@ -97,9 +99,15 @@ nlp::Result SolveKeyPoses(const SceneFacts& facts, const std::vector<BoundStep>&
       return result;
     }
     key_poses.guess.vectors = result.x.vectors;
-    if (!AddMissingClearances(facts, steps, result.x.poses, near, key_poses) &&
-        !AddMissingIkSolutions(facts, steps, result.x, key_poses))
-      return result;
+    if (!AddMissingClearances(facts, steps, result.x.poses, near, key_poses)) {
+      if (key_poses.joints.empty()) {
+        // Before joints become variables: a hand that is turned may do.
+        FindIkSolutions(facts, steps, result.x, key_poses);
+        PreferTurnedGrasps(facts, steps, result.x.poses, key_poses);
+        if (AllHaveIkSolutions(facts, key_poses)) return result;
+      }
+      if (!AddMissingIkSolutions(facts, steps, result.x, key_poses)) return result;
+    }
     from = std::move(result.warm_start);
     warm = &from;
   }

@@ -40,7 +40,7 @@ void SkeletonSource::Restart() {
   how.skip_revisits = !returns_;
   if (returns_ && how.max_actions == 0) {
     size_t longest = 0;
-    for (const std::vector<int>& actions : yielded_) longest = std::max(longest, actions.size());
+    for (const std::vector<ActionId>& actions : yielded_) longest = std::max(longest, actions.size());
     how.max_actions = static_cast<int>(longest) + kMoreActions;
   }
   how.blind = options_.method == SearchMethod::kDijkstra || options_.method == SearchMethod::kBfs;
@@ -66,7 +66,7 @@ bool SkeletonSource::AllowReturns() {
 }
 
 /// Whether some action moves an object that obstructed others.
-bool SkeletonSource::IsWorthReturning(const std::vector<int>& actions) const {
+bool SkeletonSource::IsWorthReturning(const std::vector<ActionId>& actions) const {
   bool moves = false;
   for (const task::Conflict& conflict : conflicts_) {
     if (conflict.RulesOut(actions)) return false;
@@ -121,11 +121,11 @@ task::SearchOutcome SkeletonSource::Next(const Limits& limits, std::optional<dou
   }
 }
 
-std::vector<std::vector<int>> SkeletonSource::NextBatch(const Limits& limits) {
+std::vector<std::vector<ActionId>> SkeletonSource::NextBatch(const Limits& limits) {
   // One by one where each may be the last one wanted.
   const bool first_greedy = options_.method == SearchMethod::kGreedy && !greedy_done_;
   const size_t size = options_.cheapest_only || first_greedy ? 1 : kBatch;
-  std::vector<std::vector<int>> batch;
+  std::vector<std::vector<ActionId>> batch;
   // Finding more expensive ones may take long, and the first plan does not wait for them.
   std::optional<double> max_cost;
   while (batch.size() < size) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/planning/plan/limits.h"
 #include "tether/planning/plan/problem.h"
 #include "tether/task/search/skeleton.h"
@@ -22,13 +23,15 @@ class SkeletonSource {
                  const SearchOptions& options);
 
   /// The next skeletons, cheapest first; none: see ended().
-  std::vector<std::vector<int>> NextBatch(const Limits& limits);
+  std::vector<std::vector<ActionId>> NextBatch(const Limits& limits);
   /// From now on, skeletons that the conflict excludes are not yielded.
   void AddConflict(const task::Conflict& conflict);
   /// The caller tries this one itself: it is never yielded.
-  void Exclude(const std::vector<int>& actions) { yielded_.insert(actions); }
+  void Exclude(const std::vector<ActionId>& actions) { yielded_.insert(actions); }
   /// Whether this source yields this sequence, which returns to a symbolic state.
-  bool BringsReturn(const std::vector<int>& actions) const { return returns_ && IsWorthReturning(actions); }
+  bool BringsReturn(const std::vector<ActionId>& actions) const {
+    return returns_ && IsWorthReturning(actions);
+  }
   /// A product of the caller's own, for questions about sequences of actions.
   std::unique_ptr<task::Product> MakeProduct() const;
   /// From now on, also yields skeletons that return to a symbolic state, if some action fails only as long as
@@ -48,13 +51,13 @@ class SkeletonSource {
   /// Some skeleton, whatever its cost.
   task::SearchOutcome FindGreedily(const Limits& limits);
   task::SearchOutcome Next(const Limits& limits, std::optional<double> max_cost);
-  bool IsWorthReturning(const std::vector<int>& actions) const;
+  bool IsWorthReturning(const std::vector<ActionId>& actions) const;
 
   const symbolic::Task& task_;
   std::optional<task::TemporalGoal> goal_;
   SearchOptions options_;
   std::unique_ptr<task::SkeletonSearch> search_;
-  std::set<std::vector<int>> yielded_;
+  std::set<std::vector<ActionId>> yielded_;
   std::vector<task::Conflict> conflicts_;
   uint64_t earlier_expanded_ = 0, earlier_generated_ = 0;  // By searches that this one replaced.
   bool greedy_done_ = false;

@@ -17,7 +17,7 @@ auto At(std::vector<T>& values, size_t index) {
 Subsequences::Subsequences(std::unique_ptr<task::Product> product)
     : product_(std::move(product)), start_(product_->Start()) {}
 
-bool Subsequences::Step(int action, const symbolic::State& state, symbolic::State& next) {
+bool Subsequences::Step(ActionId action, const symbolic::State& state, symbolic::State& next) {
   const symbolic::Task& task = product_->task();
   if (product_->IsForbidden(action) ||
       !task.IsApplicable(action, symbolic::StateView(state).first(task.words())))
@@ -26,7 +26,7 @@ bool Subsequences::Step(int action, const symbolic::State& state, symbolic::Stat
   return product_->Apply(action, state, next);
 }
 
-std::vector<Subsequence> Subsequences::Find(const std::vector<int>& actions) {
+std::vector<Subsequence> Subsequences::Find(const std::vector<ActionId>& actions) {
   found_.clear();
   if (!start_ || actions.empty()) return {};
   whole_ = &actions;
@@ -35,10 +35,10 @@ std::vector<Subsequence> Subsequences::Find(const std::vector<int>& actions) {
     states_.assign(actions.size() + 1, *start_);
     FindFrom(0);
   } else {
-    std::vector<int> rest = actions;
+    std::vector<ActionId> rest = actions;
     for (size_t i = 0; i < actions.size(); ++i) Add(Eliminate(actions, i));
     for (size_t i = 0; i < rest.size();) {
-      std::vector<int> less = Eliminate(rest, i);
+      std::vector<ActionId> less = Eliminate(rest, i);
       if (less.empty()) {
         ++i;
       } else {
@@ -70,8 +70,8 @@ void Subsequences::FindFrom(size_t index) {
   }
 }
 
-std::vector<int> Subsequences::Eliminate(const std::vector<int>& actions, size_t index) {
-  std::vector<int> kept(actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(index));
+std::vector<ActionId> Subsequences::Eliminate(const std::vector<ActionId>& actions, size_t index) {
+  std::vector<ActionId> kept(actions.begin(), actions.begin() + static_cast<std::ptrdiff_t>(index));
   symbolic::State state = *start_, next;
   for (size_t i = 0; i < actions.size(); ++i) {
     if (product_->IsGoal(state)) break;
@@ -79,25 +79,25 @@ std::vector<int> Subsequences::Eliminate(const std::vector<int>& actions, size_t
     if (i > index) kept.push_back(actions[i]);
     std::swap(state, next);
   }
-  return product_->IsGoal(state) ? kept : std::vector<int>();
+  return product_->IsGoal(state) ? kept : std::vector<ActionId>();
 }
 
-void Subsequences::Add(std::vector<int> actions) {
+void Subsequences::Add(std::vector<ActionId> actions) {
   if (actions.empty() && !product_->IsGoal(*start_)) return;
   const bool revisits = Revisits(actions);
   found_.push_back({std::move(actions), revisits});
 }
 
-bool Subsequences::Revisits(const std::vector<int>& actions) {
+bool Subsequences::Revisits(const std::vector<ActionId>& actions) {
   States states = Trace(actions);
   std::sort(states.begin(), states.end());
   return std::adjacent_find(states.begin(), states.end()) != states.end();
 }
 
-Subsequences::States Subsequences::Trace(const std::vector<int>& actions) {
+Subsequences::States Subsequences::Trace(const std::vector<ActionId>& actions) {
   States states{*start_};
   symbolic::State next;
-  for (const int action : actions) {
+  for (const ActionId action : actions) {
     if (!Step(action, states.back(), next)) break;
     states.push_back(next);
   }
@@ -105,7 +105,7 @@ Subsequences::States Subsequences::Trace(const std::vector<int>& actions) {
 }
 
 template <typename Want, typename Visit>
-void Subsequences::ForEachExchange(const std::vector<int>& actions, const States& states, Want want,
+void Subsequences::ForEachExchange(const std::vector<ActionId>& actions, const States& states, Want want,
                                    Visit visit) {
   const size_t n = actions.size();
   States between;
@@ -131,14 +131,14 @@ void Subsequences::ForEachExchange(const std::vector<int>& actions, const States
   }
 }
 
-std::vector<int> Subsequences::NormalOrder(std::vector<int> actions) {
+std::vector<ActionId> Subsequences::NormalOrder(std::vector<ActionId> actions) {
   if (!start_) return actions;
   States states = Trace(actions);
   if (states.size() != actions.size() + 1) return actions;
   for (bool changed = true; changed;) {
     changed = false;
     ForEachExchange(
-        actions, states, [](int first, int second) { return second < first; },
+        actions, states, [](ActionId first, ActionId second) { return second < first; },
         [&](size_t i, size_t j, size_t k, const States& between) {
           std::rotate(At(actions, i), At(actions, j), At(actions, k));
           std::copy(between.begin(), between.end(), At(states, i + 1));
@@ -149,15 +149,15 @@ std::vector<int> Subsequences::NormalOrder(std::vector<int> actions) {
   return actions;
 }
 
-std::vector<std::vector<int>> Subsequences::Exchanged(const std::vector<int>& actions) {
-  std::vector<std::vector<int>> all;
+std::vector<std::vector<ActionId>> Subsequences::Exchanged(const std::vector<ActionId>& actions) {
+  std::vector<std::vector<ActionId>> all;
   if (!start_) return all;
   const States states = Trace(actions);
   if (states.size() != actions.size() + 1) return all;
   ForEachExchange(
-      actions, states, [](int, int) { return true; },
+      actions, states, [](ActionId, ActionId) { return true; },
       [&](size_t i, size_t j, size_t k, const States&) {
-        std::vector<int> other = actions;
+        std::vector<ActionId> other = actions;
         std::rotate(At(other, i), At(other, j), At(other, k));
         all.push_back(std::move(other));
         return true;

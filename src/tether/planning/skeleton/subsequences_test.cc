@@ -47,15 +47,14 @@ class SubsequencesTest : public ::testing::Test {
     if (!formula.empty()) temporal = task::TemporalGoal{ltl::ParseFormula(formula), {}, {}};
     subsequences_ = std::make_unique<Subsequences>(std::make_unique<task::Product>(task_, temporal));
   }
-  std::vector<int> Numbers(const std::vector<std::string>& names) const {
-    std::vector<int> numbers;
+  std::vector<ActionId> Numbers(const std::vector<std::string>& names) const {
+    std::vector<ActionId> numbers;
     for (const std::string& name : names) numbers.push_back(task_->FindAction(name));
     return numbers;
   }
-  std::string Text(const std::vector<int>& actions) const {
+  std::string Text(const std::vector<ActionId>& actions) const {
     std::string text;
-    for (const int action : actions)
-      text += (text.empty() ? "" : " ") + task_->actions()[static_cast<size_t>(action)].name;
+    for (const ActionId action : actions) text += (text.empty() ? "" : " ") + task_->actions()[action].name;
     return text;
   }
   std::vector<std::string> Find(const std::vector<std::string>& names) {
@@ -116,16 +115,16 @@ TEST_F(SubsequencesTest, LongSequencesLoseOneActionAfterTheOther) {
 }
 
 /// All parts, one by one.
-std::set<std::vector<int>> Naive(task::Product& product, const std::vector<int>& actions) {
-  std::set<std::vector<int>> found;
+std::set<std::vector<ActionId>> Naive(task::Product& product, const std::vector<ActionId>& actions) {
+  std::set<std::vector<ActionId>> found;
   for (unsigned mask = 0; mask + 1 < (1u << actions.size()); ++mask) {
-    std::vector<int> part;
+    std::vector<ActionId> part;
     symbolic::State state = *product.Start();
     bool done = true, early = false;
     for (size_t i = 0; i < actions.size() && done; ++i) {
       if ((mask >> i & 1) == 0) continue;
       early = early || product.IsGoal(state);
-      std::vector<int> applicable;
+      std::vector<ActionId> applicable;
       product.FindApplicable(state, applicable);
       symbolic::State next(state.size());
       done = std::find(applicable.begin(), applicable.end(), actions[i]) != applicable.end() &&
@@ -146,7 +145,7 @@ TEST_F(SubsequencesTest, AgreesWithTryingAllParts) {
   while (looked_at < 400) {
     const auto outcome = search.Next();
     if (!outcome.found()) break;
-    std::set<std::vector<int>> found;
+    std::set<std::vector<ActionId>> found;
     for (const Subsequence& part : subsequences_->Find(outcome.skeleton->actions)) found.insert(part.actions);
     EXPECT_EQ(found, Naive(product, outcome.skeleton->actions)) << Text(outcome.skeleton->actions);
     ++looked_at;

@@ -18,10 +18,10 @@ namespace {
 std::vector<State> Reachable(const Task& task, size_t max_states) {
   std::set<State> seen = {task.initial_state()};
   std::vector<State> states = {task.initial_state()};
-  std::vector<int> actions;
+  std::vector<ActionId> actions;
   for (size_t i = 0; i < states.size() && states.size() < max_states; ++i) {
     task.FindApplicable(states[i], actions);
-    for (int action : actions) {
+    for (const ActionId action : actions) {
       const State next = task.Apply(action, states[i]);
       if (seen.insert(next).second) states.push_back(next);
     }

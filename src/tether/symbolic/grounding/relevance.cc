@@ -14,7 +14,7 @@ class RelevanceFinder {
     Ask(task_.goal().formula(), true);
     do {
       changed_ = false;
-      for (size_t i = 0; i < task_.actions().size(); ++i) AskForAction(i);
+      for (const ActionId action : task_.actions().ids()) AskForAction(action);
       for (const std::vector<GroundAxiom>& stratum : task_.axioms()) {
         for (const GroundAxiom& axiom : stratum) {
           if (Asked(true_, axiom.atom)) Ask(axiom.body.formula(), true);
@@ -42,7 +42,7 @@ class RelevanceFinder {
     for (const GroundFormula& child : formula.children) Ask(child, holds);
   }
 
-  void AskForAction(size_t index) {
+  void AskForAction(ActionId index) {
     const GroundAction& action = task_.actions()[index];
     for (const GroundEffect& effect : action.effects) {
       if (AnyAsked(true_, effect.adds) || AnyAsked(false_, effect.deletes)) {
@@ -92,7 +92,7 @@ class RelevanceFinder {
       const auto atom = static_cast<size_t>(number_[i]);
       task->initial_state_[atom / 64] |= uint64_t{1} << (atom % 64);
     }
-    for (size_t i = 0; i < task_.actions().size(); ++i) {
+    for (const ActionId i : task_.actions().ids()) {
       if (!acts_[i]) continue;
       GroundAction action = task_.actions()[i];
       action.precondition = Condition(Renumber(action.precondition.formula()));
@@ -104,7 +104,7 @@ class RelevanceFinder {
             {Condition(Renumber(effect.condition.formula())), std::move(deletes), std::move(adds)});
       }
       task->AddAction(std::move(action));
-      relevant.actions.push_back(static_cast<int>(i));
+      relevant.actions.push_back(i);
     }
     for (const std::vector<GroundAxiom>& stratum : task_.axioms()) {
       task->axioms_.emplace_back();
@@ -123,8 +123,8 @@ class RelevanceFinder {
   }
 
   const Task& task_;
-  std::vector<bool> acts_;          ///< By action: it is kept.
-  std::vector<bool> true_, false_;  ///< By atom: this value is relevant.
+  IndexedVector<ActionId, bool> acts_;  ///< It is kept.
+  std::vector<bool> true_, false_;      ///< By atom: this value is relevant.
   bool changed_ = false;
   std::vector<int> number_;  ///< By atom: its number in the new task, -1 if it is left out.
 };

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/symbolic/grounding/task.h"
 
 namespace tether::symbolic {
@@ -10,7 +11,7 @@ namespace tether::symbolic {
 /// A task without what is irrelevant to its goal: the whole one itself if all of it is relevant.
 struct RelevantTask {
   std::shared_ptr<const Task> task;
-  std::vector<int> actions;  ///< By action of `task`: its index in the whole one.
+  IndexedVector<ActionId, ActionId> actions;  ///< Of `task`: which one of the whole it is.
 };
 
 /// Leaves out the actions that contribute nothing to the goal, directly or through other actions' conditions,

@@ -8,12 +8,11 @@
 
 namespace tether::symbolic {
 
-void Task::Apply(int action, StateView state, std::span<uint64_t> next) const {
-  const auto index = static_cast<size_t>(action);
-  const std::vector<Change>& changes = changes_[index];
+void Task::Apply(ActionId action, StateView state, std::span<uint64_t> next) const {
+  const std::vector<Change>& changes = changes_[action];
   std::copy(state.begin(), state.end(), next.begin());
   auto fires = [&](size_t i) {
-    return !changes[i].conditional || actions_[index].effects[i].condition.Holds(state);
+    return !changes[i].conditional || actions_[action].effects[i].condition.Holds(state);
   };
   for (size_t i = 0; i < changes.size(); ++i) {
     if (!fires(i)) continue;
@@ -42,7 +41,7 @@ void Task::Derive(std::span<uint64_t> state) const {
   }
 }
 
-void Task::FindApplicable(StateView state, std::vector<int>& actions) const {
+void Task::FindApplicable(StateView state, std::vector<ActionId>& actions) const {
   actions.clear();
   auto collect = [&](size_t list) {
     for (size_t i = first_watcher_[list]; i < first_watcher_[list + 1]; ++i) {
@@ -74,7 +73,7 @@ void Task::AddAction(GroundAction action) {
     for (int atom : effect.adds) word_of(atom).adds |= uint64_t{1} << (atom % 64);
     changes.push_back(std::move(change));
   }
-  action_index_.emplace(action.name, static_cast<int>(actions_.size()));
+  action_index_.emplace(action.name, actions_.next_id());
   actions_.push_back(std::move(action));
   changes_.push_back(std::move(changes));
 }
@@ -94,9 +93,9 @@ void Task::IndexActions() {
   for (const GroundAction& action : actions_) {
     for_each_needed(action.precondition, [&](int atom) { ++users[static_cast<size_t>(atom)]; });
   }
-  std::vector<size_t> list(actions_.size(), atoms_.size());
+  IndexedVector<ActionId, size_t> list(actions_.size(), atoms_.size());
   first_watcher_.assign(atoms_.size() + 2, 0);
-  for (size_t i = 0; i < actions_.size(); ++i) {
+  for (const ActionId i : actions_.ids()) {
     for_each_needed(actions_[i].precondition, [&](int needed) {
       const auto atom = static_cast<size_t>(needed);
       if (list[i] == atoms_.size() || users[atom] < users[list[i]]) list[i] = atom;
@@ -106,18 +105,18 @@ void Task::IndexActions() {
   for (size_t i = 1; i < first_watcher_.size(); ++i) first_watcher_[i] += first_watcher_[i - 1];
   std::vector<size_t> fill = first_watcher_;
   watchers_.resize(actions_.size());
-  for (size_t i = 0; i < actions_.size(); ++i) watchers_[fill[list[i]]++] = static_cast<int>(i);
+  for (const ActionId i : actions_.ids()) watchers_[fill[list[i]]++] = i;
 }
 
-State Task::Apply(int action, const State& state) const {
+State Task::Apply(ActionId action, const State& state) const {
   State next(state.size());
   Apply(action, state, next);
   return next;
 }
 
-int Task::FindAction(std::string_view name) const {
+ActionId Task::FindAction(std::string_view name) const {
   const auto it = action_index_.find(name);
-  return it == action_index_.end() ? -1 : it->second;
+  return it == action_index_.end() ? ActionId() : it->second;
 }
 
 int Task::FindAtom(const Atom& atom) const {

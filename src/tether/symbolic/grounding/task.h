@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/common/limits.h"
 #include "tether/symbolic/pddl/condition.h"
 #include "tether/symbolic/pddl/pddl.h"
@@ -61,7 +62,7 @@ class Task {
   /// The atoms that can change, ordered by predicate, then arguments.
   const std::vector<Atom>& atoms() const { return atoms_; }
   /// Ordered by schema, then arguments, each in file order.
-  const std::vector<GroundAction>& actions() const { return actions_; }
+  const IndexedVector<ActionId, GroundAction>& actions() const { return actions_; }
   const State& initial_state() const { return initial_state_; }
   const Condition& goal() const { return goal_; }
   /// 64-bit words of a state; at least 1.
@@ -74,19 +75,18 @@ class Task {
   bool IsDerived(int atom) const { return domain().IsDerived(atoms_[static_cast<size_t>(atom)].predicate); }
 
   /// The actions whose precondition holds, in their order. `actions` is overwritten.
-  void FindApplicable(StateView state, std::vector<int>& actions) const;
-  bool IsApplicable(int action, StateView state) const {
-    return actions_[static_cast<size_t>(action)].precondition.Holds(state);
+  void FindApplicable(StateView state, std::vector<ActionId>& actions) const;
+  bool IsApplicable(ActionId action, StateView state) const {
+    return actions_[action].precondition.Holds(state);
   }
   /// The state after `action`, whose precondition must hold in `state`. `next` has words() words and is not
   /// `state`.
-  void Apply(int action, StateView state, std::span<uint64_t> next) const;
-  State Apply(int action, const State& state) const;
+  void Apply(ActionId action, StateView state, std::span<uint64_t> next) const;
+  State Apply(ActionId action, const State& state) const;
   bool IsGoal(StateView state) const { return goal_.Holds(state); }
 
-  /// Index of the action of that name, such as "pick(hook)", in the spelling of the files; -1 if there is
-  /// none.
-  int FindAction(std::string_view name) const;
+  /// The action of that name, such as "pick(hook)", in the spelling of the files; not valid if there is none.
+  ActionId FindAction(std::string_view name) const;
   /// Index of a changing atom, -1 if it can't change; HoldsAlways() then gives its value.
   int FindAtom(const Atom& atom) const;
   bool HoldsAlways(const Atom& atom) const;
@@ -126,15 +126,15 @@ class Task {
   std::shared_ptr<const Problem> problem_;
   std::vector<Atom> atoms_;
   std::vector<Atom> constant_atoms_;  ///< True in every reachable state; sorted.
-  std::vector<GroundAction> actions_;
-  std::map<std::string, int, std::less<>> action_index_;
-  std::vector<std::vector<Change>> changes_;  ///< Per action, one per effect.
+  IndexedVector<ActionId, GroundAction> actions_;
+  std::map<std::string, ActionId, std::less<>> action_index_;
+  IndexedVector<ActionId, std::vector<Change>> changes_;  ///< One per effect.
   std::vector<std::vector<GroundAxiom>> axioms_;
   State derived_;  ///< Which atoms are derived; empty if none is.
   /// Actions by an atom that must be true: those of atom i from first_watcher_[i] on. The last list has the
   /// actions that need none.
   std::vector<size_t> first_watcher_;
-  std::vector<int> watchers_;
+  std::vector<ActionId> watchers_;
   double cost_unit_ = 1;
   State initial_state_;
   Condition goal_;

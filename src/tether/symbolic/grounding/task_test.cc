@@ -25,7 +25,7 @@ std::shared_ptr<const Problem> Shipped(const std::string& name) {
 std::vector<std::string> ApplicableNames(const Task& task, const State& state) {
   std::vector<std::string> names;
   for (size_t i = 0; i < task.actions().size(); ++i) {
-    if (task.IsApplicable(static_cast<int>(i), state)) names.push_back(task.actions()[i].name);
+    if (task.IsApplicable(ActionId(i), state)) names.push_back(task.actions()[ActionId(i)].name);
   }
   return names;
 }
@@ -37,7 +37,7 @@ TEST(TaskTest, GroundsWorkspaceReach) {
   const State held = task->Apply(task->FindAction("pick(hook)"), task->initial_state());
   EXPECT_THAT(ApplicableNames(*task, held),
               ElementsAre("place(hook,table)", "place(hook,shelf)", "push(hook,box,table)"));
-  EXPECT_EQ(task->FindAction("place(hook,hook)"), -1);
+  EXPECT_FALSE(task->FindAction("place(hook,hook)").valid());
 }
 
 /// Along every reachable state, the ground task and the lifted semantics agree: on what holds, on which
@@ -59,8 +59,8 @@ void ExpectSameSemantics(const std::shared_ptr<const Problem>& problem, size_t m
     ASSERT_EQ(goal.Holds(state), task->IsGoal(state));
     for (const naive::Step& step : naive::Steps(*problem, facts)) {
       names.push_back(step.name);
-      const int action = task->FindAction(step.name);
-      ASSERT_GE(action, 0) << step.name;
+      const ActionId action = task->FindAction(step.name);
+      ASSERT_TRUE(action.valid()) << step.name;
       if (seen.insert(step.after).second) queue.push_back({task->Apply(action, state), step.after});
     }
     ASSERT_EQ(ApplicableNames(*task, state), names);
@@ -101,10 +101,10 @@ TEST(TaskTest, CostsAreExactMultiplesOfAUnit) {
   const std::string all = "(= (far a b) 0.3) (= (far b a) 1) (= (far a a) 0) (= (far b b) 0)";
   const auto task = Task::Ground(ParseProblem(begin + all + end, "p", domain));
   EXPECT_DOUBLE_EQ(task->cost_unit(), 0.1);
-  EXPECT_EQ(task->actions()[static_cast<size_t>(task->FindAction("go(a,b)"))].cost, 5);
-  EXPECT_EQ(task->actions()[static_cast<size_t>(task->FindAction("go(b,a)"))].cost, 12);
+  EXPECT_EQ(task->actions()[task->FindAction("go(a,b)")].cost, 5);
+  EXPECT_EQ(task->actions()[task->FindAction("go(b,a)")].cost, 12);
   const auto without = Task::Ground(ParseProblem(begin + ") (:goal (at b)))", "p", domain));
-  EXPECT_EQ(without->actions().front().cost, 1) << "no metric: each action costs 1";
+  EXPECT_EQ(without->actions()[ActionId(0)].cost, 1) << "no metric: each action costs 1";
   try {
     Task::Ground(ParseProblem(begin + end, "p", domain));
     FAIL();
@@ -130,9 +130,8 @@ TEST(TaskTest, CostsAreExactToTheSixthDigitAfterThePoint) {
                                      "p", parsed));
   };
   const auto cost = [](const Task& task, const std::string& action) {
-    return std::lround(
-        1e6 * task.cost_unit() *
-        static_cast<double>(task.actions()[static_cast<size_t>(task.FindAction(action))].cost));
+    return std::lround(1e6 * task.cost_unit() *
+                       static_cast<double>(task.actions()[task.FindAction(action)].cost));
   };
   const auto task = ground("0.000009");
   EXPECT_EQ(cost(*task, "cheap()"), 1000001);
@@ -167,7 +166,8 @@ TEST(TaskTest, DeletesBeforeItAddsAndReadsConditionsBefore) {
       "d");
   const auto task =
       Task::Ground(ParseProblem("(define (problem x) (:domain d) (:init (p) (q)) (:goal (r)))", "p", domain));
-  EXPECT_THAT(task->TrueAtoms(task->Apply(0, task->initial_state()), true), ElementsAre("p()", "r()"));
+  EXPECT_THAT(task->TrueAtoms(task->Apply(ActionId(0), task->initial_state()), true),
+              ElementsAre("p()", "r()"));
 }
 
 TEST(TaskTest, ManyAtomsUseManyWords) {

@@ -110,9 +110,9 @@ TEST(PddlKindsTest, PddlstreamUndeclared_TotalCostIsKnownAndNamesMayHaveAt) {
       ElementsAre("d:3:54: ':functions' does not declare 'total-cost' ((:functions (total-cost) - number))"));
   EXPECT_THAT(Texts(problem->warnings), ElementsAre(HasSubstr("does not declare 'total-cost'")));
   const auto task = Task::Ground(problem);
-  const int carry = task->FindAction("carry(cup,@home,a@b)");
-  ASSERT_GE(carry, 0);
-  EXPECT_EQ(static_cast<double>(task->actions()[static_cast<size_t>(carry)].cost) * task->cost_unit(), 2);
+  const ActionId carry = task->FindAction("carry(cup,@home,a@b)");
+  ASSERT_TRUE(carry.valid());
+  EXPECT_EQ(static_cast<double>(task->actions()[carry].cost) * task->cost_unit(), 2);
   // Other functions must be declared.
   EXPECT_THAT(
       Mistakes("(define (domain d) (:predicates (p)) (:action a :effect (increase (total-cost) (f))))"),

@@ -73,7 +73,7 @@ TEST(PddlTest, WritingAndReadingChangesNothing) {
     EXPECT_EQ(one->atoms(), two->atoms());
     ASSERT_EQ(one->actions().size(), two->actions().size());
     for (size_t i = 0; i < one->actions().size(); ++i)
-      EXPECT_EQ(one->actions()[i].name, two->actions()[i].name);
+      EXPECT_EQ(one->actions()[ActionId(i)].name, two->actions()[ActionId(i)].name);
   };
   for (const char* name : {"hanoi", "workspace_reach"}) {
     const std::string folder = std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name;

@@ -4,7 +4,7 @@
 
 namespace tether::task {
 
-bool Conflict::RulesOut(const std::vector<int>& actions) const {
+bool Conflict::RulesOut(const std::vector<ActionId>& actions) const {
   if (prefix.empty()) return true;
   if (actions.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), actions.begin()))
     return true;

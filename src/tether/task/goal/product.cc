@@ -144,7 +144,7 @@ std::optional<symbolic::State> Product::Start() {
       return std::nullopt;
     }
   }
-  for (const int action : done_) {
+  for (const ActionId action : done_) {
     symbolic::State next(state.size());
     if (!Apply(action, state, next)) return std::nullopt;
     state = std::move(next);
@@ -152,7 +152,7 @@ std::optional<symbolic::State> Product::Start() {
   return state;
 }
 
-bool Product::Apply(int action, symbolic::StateView state, std::span<uint64_t> next) {
+bool Product::Apply(ActionId action, symbolic::StateView state, std::span<uint64_t> next) {
   const size_t words = task_->words();
   task_->Apply(action, state.first(words), next.first(words));
   return !automaton_ || Read(AutomatonState(state), next);

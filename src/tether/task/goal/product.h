@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tether/common/error.h"
+#include "tether/common/id.h"
 #include "tether/ltl/automaton/lazy_automaton.h"
 #include "tether/symbolic/grounding/task.h"
 
@@ -50,23 +51,21 @@ class Product {
   std::optional<symbolic::State> Start();
   /// From now on Start() is the state after these actions, which must be applicable one after another. Call
   /// it before anything is made from this product.
-  void BeginAfter(std::vector<int> actions) { done_ = std::move(actions); }
-  void FindApplicable(symbolic::StateView state, std::vector<int>& actions) const {
+  void BeginAfter(std::vector<ActionId> actions) { done_ = std::move(actions); }
+  void FindApplicable(symbolic::StateView state, std::vector<ActionId>& actions) const {
     task_->FindApplicable(state.first(task_->words()), actions);
-    if (!forbidden_.empty()) std::erase_if(actions, [&](int action) { return IsForbidden(action); });
+    if (!forbidden_.empty()) std::erase_if(actions, [&](ActionId action) { return IsForbidden(action); });
   }
   /// The state after an applicable action; false if the goal is lost there.
-  bool Apply(int action, symbolic::StateView state, std::span<uint64_t> next);
+  bool Apply(ActionId action, symbolic::StateView state, std::span<uint64_t> next);
   bool IsGoal(symbolic::StateView state) const;
 
   /// From now on the action is never applicable. Call it before anything is made from this product.
-  void Forbid(int action) {
+  void Forbid(ActionId action) {
     forbidden_.resize(task_->actions().size(), false);
-    forbidden_[static_cast<size_t>(action)] = true;
+    forbidden_[action] = true;
   }
-  bool IsForbidden(int action) const {
-    return !forbidden_.empty() && forbidden_[static_cast<size_t>(action)];
-  }
+  bool IsForbidden(ActionId action) const { return !forbidden_.empty() && forbidden_[action]; }
 
   /// Null for the problem's own goal.
   const TemporalGoal* goal() const { return goal_ ? &*goal_ : nullptr; }
@@ -80,8 +79,8 @@ class Product {
 
   std::shared_ptr<const symbolic::Task> task_;
   std::optional<TemporalGoal> goal_;
-  std::vector<int> done_;        ///< Before the start.
-  std::vector<bool> forbidden_;  ///< By action; empty: none.
+  std::vector<ActionId> done_;               ///< Before the start.
+  IndexedVector<ActionId, bool> forbidden_;  ///< Empty: none.
   std::unique_ptr<ltl::LazyAutomaton> automaton_;
   std::vector<int> propositions_;
   ltl::Letter letter_;

@@ -45,14 +45,15 @@ Estimate::Estimate(const Product& product, bool blind, bool unit_costs)
   if (costs.size() > 1) cheapest_ = *std::min_element(costs.begin(), costs.end() - 1);
 }
 
-int64_t Estimate::Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before, int action) {
+int64_t Estimate::Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before,
+                           ActionId action) {
   cut.relaxation.FindFacts(state, facts_);
   const int64_t estimate = cut.heuristic.Evaluate(facts_, before, action);
   if (!cut.potentials || estimate == kDeadEnd) return estimate;
   return std::max<int64_t>(estimate + cut.potentials->Offset(state), 0);
 }
 
-int64_t Estimate::Evaluate(symbolic::StateView state, std::span<const int> before, int action) {
+int64_t Estimate::Evaluate(symbolic::StateView state, std::span<const int> before, ActionId action) {
   if (!cut_) return 0;
   const int64_t estimate = Evaluate(*cut_, state, before, action);
   if (product_.automaton() == nullptr || estimate == kDeadEnd) return estimate;
@@ -62,7 +63,7 @@ int64_t Estimate::Evaluate(symbolic::StateView state, std::span<const int> befor
 int64_t Estimate::Sum(Cut& cut, std::span<const symbolic::State> samples) {
   int64_t sum = 0;
   for (const symbolic::State& state : samples) {
-    const int64_t estimate = Evaluate(cut, state, {}, -1);
+    const int64_t estimate = Evaluate(cut, state, {}, {});
     sum += estimate == kDeadEnd ? kWorthOfDeadEnd : estimate;
   }
   return sum;

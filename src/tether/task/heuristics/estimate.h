@@ -24,10 +24,10 @@ class Estimate {
   /// `product` must outlive this. With `blind` it is 0 everywhere.
   Estimate(const Product& product, bool blind, bool unit_costs);
 
-  int64_t Evaluate(symbolic::StateView state) { return Evaluate(state, {}, -1); }
+  int64_t Evaluate(symbolic::StateView state) { return Evaluate(state, {}, {}); }
   /// The same, computed faster from `before`, the landmarks of the state before `action`, of the same
   /// generation. The estimate may differ.
-  int64_t Evaluate(symbolic::StateView state, std::span<const int> before, int action);
+  int64_t Evaluate(symbolic::StateView state, std::span<const int> before, ActionId action);
   /// Of the last evaluation; empty if blind.
   std::span<const int> landmarks() const {
     return cut_ ? std::span<const int>(cut_->heuristic.landmarks()) : std::span<const int>();
@@ -59,7 +59,7 @@ class Estimate {
   std::vector<Merge> FindMerges() const;
   std::vector<Tracking> FindTrackings(const std::optional<Merge>& merge) const;
   std::unique_ptr<Cut> FindRefinement(std::span<const symbolic::State> samples);
-  int64_t Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before, int action);
+  int64_t Evaluate(Cut& cut, symbolic::StateView state, std::span<const int> before, ActionId action);
   int64_t Sum(Cut& cut, std::span<const symbolic::State> samples);
   struct Shift {
     size_t direction = 0;  ///< Of Potentials::directions().

@@ -43,7 +43,7 @@ void LandmarkCut::SetCosts(std::span<const int64_t> costs) {
   }
 }
 
-int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> before, int action) {
+int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> before, ActionId action) {
   operators_ = fresh_;
   std::fill(supported_.begin(), supported_.end(), -1);
   landmarks_.clear();
@@ -64,7 +64,7 @@ int64_t LandmarkCut::Evaluate(std::span<const int> facts, std::span<const int> b
 }
 
 /// Subtracts the costs of the landmarks that are kept, and returns their sum.
-int64_t LandmarkCut::Keep(std::span<const int> before, int action) {
+int64_t LandmarkCut::Keep(std::span<const int> before, ActionId action) {
   int64_t total = 0;
   for (size_t i = 0; i < before.size();) {
     const int cost = before[i];

@@ -32,16 +32,16 @@ class LandmarkCut {
 
   /// A lower bound on the cost of a plan from where `facts` hold; kDeadEnd if there is none even in the
   /// relaxation. The same facts give the same number, whatever was evaluated before.
-  int64_t Evaluate(std::span<const int> facts) { return Evaluate(facts, {}, -1); }
+  int64_t Evaluate(std::span<const int> facts) { return Evaluate(facts, {}, {}); }
 
   /// The same after `action`, where `before` are landmarks of the state before it: those without the action
   /// still are landmarks, and only the remaining costs are cut anew (Pommerening and Helmert, ICAPS 2013).
-  int64_t Evaluate(std::span<const int> facts, std::span<const int> before, int action);
+  int64_t Evaluate(std::span<const int> facts, std::span<const int> before, ActionId action);
   /// Of the last evaluation.
   const Landmarks& landmarks() const { return landmarks_; }
 
  private:
-  int64_t Keep(std::span<const int> before, int action);
+  int64_t Keep(std::span<const int> before, ActionId action);
   void Explore(std::span<const int> facts);
   void Update(int64_t least);
   void Propagate(int op);

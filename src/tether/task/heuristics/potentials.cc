@@ -43,7 +43,7 @@ Potentials::Potentials(const Product& product, const Relaxation& relaxation, con
 }
 
 void Potentials::FindChanges(const Relaxation::Payer& payer, std::vector<Change>& changes) const {
-  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(payer.action)];
+  const symbolic::GroundAction& action = product_.task().actions()[payer.action];
   std::vector<int> known = symbolic::NecessaryLiterals(action.precondition);
   const Merge* merge = relaxation_.merge();
   if (payer.from >= 0) {

@@ -54,7 +54,7 @@ void ExpectAdmissible(const std::shared_ptr<const Task>& task, const std::string
   StateGraph graph(product, {.blind = true});
   while (graph.bound() != StateGraph::kFar && graph.states() < 1000) graph.ExpandNext();
   if (graph.bound() != StateGraph::kFar) return;
-  const std::vector<int64_t> distance = graph.GoalDistances();
+  const std::vector<int64_t> distance = graph.GoalDistances().values();
   const auto mutexes = Mutexes::Find(*task);
   ASSERT_TRUE(mutexes.has_value());
   const std::vector<Variable> variables = symbolic::FindVariables(*task, *mutexes);

@@ -51,8 +51,7 @@ void Relaxation::Build(bool unit_costs) {
   }
   goal_ = AddFact();
   AddActions();
-  for (const Payer& payer : payers_)
-    costs_.push_back(unit_costs ? 1 : task.actions()[static_cast<size_t>(payer.action)].cost);
+  for (const Payer& payer : payers_) costs_.push_back(unit_costs ? 1 : task.actions()[payer.action].cost);
   costs_.push_back(0);
   AddAxioms();
   if (product_.automaton() != nullptr) {
@@ -138,11 +137,10 @@ void Relaxation::AddActions() {
   AddPairs();
   const symbolic::Task& task = product_.task();
   std::vector<Context> contexts;
-  for (size_t i = 0; i < task.actions().size(); ++i) {
-    const symbolic::GroundAction& action = task.actions()[i];
-    contexts.assign(1, {{static_cast<int>(i), -1, -1}, {}, {}, {}});
-    if (product_.IsForbidden(static_cast<int>(i)) ||
-        !Require(action.precondition.formula(), contexts.front().needed)) {
+  for (const ActionId id : task.actions().ids()) {
+    const symbolic::GroundAction& action = task.actions()[id];
+    contexts.assign(1, {{id, -1, -1}, {}, {}, {}});
+    if (product_.IsForbidden(id) || !Require(action.precondition.formula(), contexts.front().needed)) {
       payers_.push_back(contexts.front().payer);
       continue;
     }
@@ -154,7 +152,7 @@ void Relaxation::AddActions() {
 }
 
 void Relaxation::AddAction(const Context& context) {
-  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(context.payer.action)];
+  const symbolic::GroundAction& action = product_.task().actions()[context.payer.action];
   const int own = static_cast<int>(payers_.size());
   payers_.push_back(context.payer);
   auto add_facts = [&](const symbolic::GroundEffect& effect, std::vector<int>& adds) {
@@ -188,8 +186,8 @@ void Relaxation::DropFacts(const symbolic::Variable& variable, std::vector<int>&
 /// The action once for each pair of values at which it may be applicable.
 void Relaxation::SplitByMerge(std::vector<Context>& contexts) const {
   if (!merge_) return;
-  const int index = contexts.front().payer.action;
-  const symbolic::GroundAction& action = product_.task().actions()[static_cast<size_t>(index)];
+  const ActionId index = contexts.front().payer.action;
+  const symbolic::GroundAction& action = product_.task().actions()[index];
   const bool changes = Changes(action, merge_->first) || Changes(action, merge_->second);
   if (!changes && !(Asks(action, merge_->first) && Asks(action, merge_->second))) return;
   std::vector<Context> split;
@@ -223,8 +221,7 @@ void Relaxation::SplitByTracking(size_t index, std::vector<Context>& contexts) c
   const std::vector<int>& facts = tracked_facts_[index];
   std::vector<Context> split;
   for (Context& context : contexts) {
-    const symbolic::GroundAction& action =
-        product_.task().actions()[static_cast<size_t>(context.payer.action)];
+    const symbolic::GroundAction& action = product_.task().actions()[context.payer.action];
     const auto implied = tracking.ImpliedBy(context.payer.from),
                implied_after = tracking.ImpliedBy(context.payer.to);
     if (!Changes(action, tracking.variable()) && implied == implied_after) {

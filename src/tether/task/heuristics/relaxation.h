@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/symbolic/grounding/mutex.h"
 #include "tether/task/goal/product.h"
 #include "tether/task/heuristics/merge.h"
@@ -31,7 +32,7 @@ class Relaxation {
 
   /// What pays for operators: an action, from a pair of a merge's values to another, -1 where there is none.
   struct Payer {
-    int action = -1;
+    ActionId action;
     int from = -1, to = -1;
   };
 

@@ -3,6 +3,15 @@
 #include <algorithm>
 
 namespace tether::task {
+namespace {
+
+template <typename T>
+void SortUnique(std::vector<T>& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+}  // namespace
 
 RelaxedPlan::RelaxedPlan(const Relaxation& relaxation)
     : relaxation_(relaxation), users_(static_cast<size_t>(relaxation.facts())), costs_(relaxation.costs()) {
@@ -57,7 +66,7 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
   if (fact_cost_[static_cast<size_t>(relaxation_.goal())] == kDeadEnd) return kDeadEnd;
 
   needed_.assign(users_.size(), false);
-  all_actions_.clear();
+  payers_.clear();
   stack_.assign(1, relaxation_.goal());
   needed_[static_cast<size_t>(relaxation_.goal())] = true;
   const int free = static_cast<int>(costs_.size()) - 1;
@@ -74,15 +83,13 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
       needed_[static_cast<size_t>(before)] = true;
       stack_.push_back(before);
     }
-    if (op.payer != free) all_actions_.push_back(op.payer);
-    if (applies) actions_.push_back(op.payer);
+    if (op.payer != free) payers_.push_back(op.payer);
+    if (applies) actions_.push_back(relaxation_.payers()[ToIndex(op.payer)].action);
   }
-  for (std::vector<int>* list : {&all_actions_, &actions_}) {
-    std::sort(list->begin(), list->end());
-    list->erase(std::unique(list->begin(), list->end()), list->end());
-  }
+  SortUnique(payers_);
+  SortUnique(actions_);
   int64_t total = 0;
-  for (int action : all_actions_) total += costs_[static_cast<size_t>(action)];
+  for (int payer : payers_) total += costs_[static_cast<size_t>(payer)];
   return total;
 }
 

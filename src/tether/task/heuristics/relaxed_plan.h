@@ -22,7 +22,7 @@ class RelaxedPlan {
   /// kDeadEnd if not even the relaxation has a plan. Then and before the first call actions() is empty.
   int64_t Evaluate(std::span<const int> facts);
   /// The actions with which the last relaxed plan begins, in increasing order: worth trying first.
-  const std::vector<int>& actions() const { return actions_; }
+  const std::vector<ActionId>& actions() const { return actions_; }
 
  private:
   const Relaxation& relaxation_;
@@ -32,7 +32,8 @@ class RelaxedPlan {
   std::vector<int> missing_;
   std::vector<int> best_;  ///< By fact: the operator that adds it most cheaply, -1 if it holds.
   std::vector<bool> needed_;
-  std::vector<int> stack_, actions_, all_actions_;
+  std::vector<int> stack_, payers_;
+  std::vector<ActionId> actions_;
   RelaxedQueue queue_;
 };
 

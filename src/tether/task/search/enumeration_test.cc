@@ -28,16 +28,16 @@ uint64_t Setting(const char* name, uint64_t otherwise) {
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-std::vector<std::string> Names(const Task& task, const std::vector<int>& actions) {
+std::vector<std::string> Names(const Task& task, const std::vector<ActionId>& actions) {
   std::vector<std::string> names;
-  for (int action : actions) names.push_back(task.actions()[static_cast<size_t>(action)].name);
+  for (const ActionId action : actions) names.push_back(task.actions()[action].name);
   return names;
 }
 
-int64_t CostOf(const Task& task, const std::vector<int>& actions) {
+int64_t CostOf(const Task& task, const std::vector<ActionId>& actions) {
   double cost = 0;
-  for (int action : actions)
-    cost += static_cast<double>(task.actions()[static_cast<size_t>(action)].cost) * task.cost_unit();
+  for (const ActionId action : actions)
+    cost += static_cast<double>(task.actions()[action].cost) * task.cost_unit();
   return static_cast<int64_t>(cost * symbolic::kMillion + 0.5);
 }
 
@@ -172,14 +172,14 @@ void CompareWithConflicts(const Instance& instance, const Expected& expected, ui
   SkeletonSearch search(std::make_unique<Product>(instance.task, instance.goal), options);
   std::vector<Conflict> conflicts;
   std::set<std::vector<std::string>> yielded;
-  const auto ruled_out = [&](const std::vector<int>& actions) {
+  const auto ruled_out = [&](const std::vector<ActionId>& actions) {
     return std::any_of(conflicts.begin(), conflicts.end(),
                        [&](const Conflict& conflict) { return conflict.RulesOut(actions); });
   };
   while (true) {
     const SearchOutcome outcome = search.Next();
     if (!outcome.found()) break;
-    const std::vector<int>& actions = outcome.skeleton->actions;
+    const std::vector<ActionId>& actions = outcome.skeleton->actions;
     ASSERT_FALSE(ruled_out(actions));
     ASSERT_TRUE(yielded.insert(Names(*instance.task, actions)).second);
     if (actions.empty() || random.Index(3) > 0) continue;
@@ -191,7 +191,7 @@ void CompareWithConflicts(const Instance& instance, const Expected& expected, ui
     conflicts.push_back(std::move(conflict));
   }
   for (const Plan& plan : expected.plans) {
-    std::vector<int> actions;
+    std::vector<ActionId> actions;
     for (const std::string& name : plan.actions) actions.push_back(instance.task->FindAction(name));
     ASSERT_TRUE(yielded.count(plan.actions) || ruled_out(actions)) << testing::PrintToString(plan.actions);
   }

@@ -27,7 +27,7 @@ class Greedy {
   GreedyResult Run(const SearchLimits& limits) {
     const auto start = product_.Start();
     if (!start) return std::move(result_);
-    if (Visit(*start, -1, -1)) return std::move(result_);
+    if (Visit(*start, -1, {})) return std::move(result_);
     while (const auto step = Pop()) {
       if (const auto limit = limits.Reached()) return Stop(StatusOf(*limit));
       if (table_.size() > max_states_) return Stop(SearchStatus::kStateLimit);
@@ -41,12 +41,14 @@ class Greedy {
 
  private:
   struct Node {
-    int parent, action;
+    int parent;
+    ActionId action;
   };
   struct Step {
     int64_t estimate;
     uint64_t number;  ///< Earlier ones first among equals.
-    int parent, action;
+    int parent;
+    ActionId action;
   };
   struct Worse {
     bool operator()(const Step& a, const Step& b) const {
@@ -76,13 +78,13 @@ class Greedy {
     return step;
   }
 
-  void Push(List& list, int64_t estimate, int parent, int action) {
+  void Push(List& list, int64_t estimate, int parent, ActionId action) {
     list.heap.push_back({estimate, pushed_++, parent, action});
     std::push_heap(list.heap.begin(), list.heap.end(), Worse());
   }
 
   /// Expands a state if it is new; true if it is a goal state.
-  bool Visit(const symbolic::State& state, int parent, int action) {
+  bool Visit(const symbolic::State& state, int parent, ActionId action) {
     bool is_new = false;
     const int index = table_.Insert(state, is_new);
     if (!is_new) return false;
@@ -100,8 +102,8 @@ class Greedy {
     }
     ++result_.expanded;
     product_.FindApplicable(state, applicable_);
-    const std::vector<int>& preferred = heuristic_.actions();
-    for (int next : applicable_) {
+    const std::vector<ActionId>& preferred = heuristic_.actions();
+    for (const ActionId next : applicable_) {
       if (std::binary_search(preferred.begin(), preferred.end(), next))
         Push(lists_[0], estimate, index, next);
       Push(lists_[1], estimate, index, next);
@@ -112,10 +114,9 @@ class Greedy {
   void Finish(int goal) {
     Skeleton skeleton;
     int64_t cost = 0;
-    for (int at = goal; nodes_[static_cast<size_t>(at)].parent >= 0;
-         at = nodes_[static_cast<size_t>(at)].parent) {
-      skeleton.actions.push_back(nodes_[static_cast<size_t>(at)].action);
-      cost += product_.task().actions()[static_cast<size_t>(skeleton.actions.back())].cost;
+    for (int at = goal; nodes_[at].parent >= 0; at = nodes_[at].parent) {
+      skeleton.actions.push_back(nodes_[at].action);
+      cost += product_.task().actions()[skeleton.actions.back()].cost;
     }
     std::reverse(skeleton.actions.begin(), skeleton.actions.end());
     skeleton.cost = static_cast<double>(cost) * product_.task().cost_unit();
@@ -128,13 +129,14 @@ class Greedy {
   Relaxation relaxation_;
   RelaxedPlan heuristic_;
   StateTable table_;
-  std::vector<Node> nodes_;
+  IndexedVector<int, Node> nodes_;
   std::array<List, 2> lists_;  ///< Preferred actions; all.
   uint64_t pushed_ = 0;
   int64_t best_ = RelaxedPlan::kDeadEnd;
   GreedyResult result_;
   symbolic::State scratch_;
-  std::vector<int> applicable_, facts_;
+  std::vector<ActionId> applicable_;
+  std::vector<int> facts_;
 };
 
 }  // namespace

@@ -21,17 +21,17 @@ int LiftedStates::Insert(const symbolic::State& state) {
 std::span<const StateGraph::Edge> LiftedStates::Edges(int state) {
   const int standing = base(state);
   if (!graph_.is_closed(standing) || graph_.is_goal(standing)) return {};
-  if (edges_[static_cast<size_t>(state)].empty()) {
+  if (edges_[ToIndex(state)].empty()) {
     const symbolic::StateView view = table_[state];
     source_.assign(view.begin(), view.end());
     product_.FindApplicable(source_, applicable_);
     std::vector<StateGraph::Edge> edges;
-    for (int action : applicable_) {
+    for (const ActionId action : applicable_) {
       if (product_.Apply(action, source_, scratch_)) edges.push_back({action, Insert(scratch_)});
     }
-    edges_[static_cast<size_t>(state)] = std::move(edges);
+    edges_[ToIndex(state)] = std::move(edges);
   }
-  return edges_[static_cast<size_t>(state)];
+  return edges_[ToIndex(state)];
 }
 
 }  // namespace tether::task

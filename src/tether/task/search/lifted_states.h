@@ -16,7 +16,7 @@ class LiftedStates {
   LiftedStates(Product& product, StateGraph& graph);
 
   /// The representative of `state` in the graph.
-  int base(int state) const { return base_[static_cast<size_t>(state)]; }
+  int base(int state) const { return base_[state]; }
   /// The actions from `state` in the task's order, if the graph has expanded its representative.
   std::span<const StateGraph::Edge> Edges(int state);
 
@@ -26,10 +26,10 @@ class LiftedStates {
   Product& product_;
   StateGraph& graph_;
   StateTable table_;
-  std::vector<int> base_;
+  IndexedVector<int, int> base_;
   std::deque<std::vector<StateGraph::Edge>> edges_;  ///< Empty: not made.
   symbolic::State source_, scratch_, image_;
-  std::vector<int> applicable_;
+  std::vector<ActionId> applicable_;
 };
 
 }  // namespace tether::task

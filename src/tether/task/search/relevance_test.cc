@@ -59,8 +59,8 @@ TEST(RelevanceTest, IrrelevantFacts_WhatHindersIsKept) {
                            "(define (problem p) (:domain d) (:goal (and (hot) (not (wet)))))");
   const RelevantTask relevant = KeepRelevant(task);
   ASSERT_EQ(relevant.task->actions().size(), 2u);
-  EXPECT_EQ(relevant.task->actions()[1].name, "shut()");
-  EXPECT_EQ(task->actions()[static_cast<size_t>(relevant.actions[1])].name, "shut()");
+  EXPECT_EQ(relevant.task->actions()[ActionId(1)].name, "shut()");
+  EXPECT_EQ(task->actions()[relevant.actions[ActionId(1)]].name, "shut()");
   double cost = 0;
   Expansions(relevant.task, &cost);
   EXPECT_EQ(cost, 2);
@@ -84,8 +84,8 @@ TEST(RelevanceTest, ACheapestPlanCostsTheSameAndIsOneOfTheWholeTask) {
       ++solved;
       ASSERT_EQ(outcome.skeleton->cost, known.skeleton->cost);
       symbolic::State state = task->initial_state();
-      for (int action : outcome.skeleton->actions) {
-        const int original = relevant.actions[static_cast<size_t>(action)];
+      for (const ActionId action : outcome.skeleton->actions) {
+        const ActionId original = relevant.actions[action];
         ASSERT_TRUE(task->IsApplicable(original, state));
         state = task->Apply(original, state);
       }

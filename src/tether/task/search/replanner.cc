@@ -16,20 +16,20 @@ Replanner::Replanner(std::shared_ptr<const symbolic::Task> task, std::optional<t
 
 std::optional<std::vector<std::string>> Replanner::Find(const std::vector<std::string>& done,
                                                         const std::string& blocked, std::string& reason) {
-  std::vector<int> actions;
+  std::vector<ActionId> actions;
   for (const std::string& name : done) {
     actions.push_back(task_->FindAction(name));
-    if (actions.back() < 0) {
+    if (!actions.back().valid()) {
       reason = "the task has no action '" + name + "'";
       return std::nullopt;
     }
   }
-  const int failed = task_->FindAction(blocked);
+  const ActionId failed = task_->FindAction(blocked);
   auto product = std::make_unique<task::Product>(task_, goal_);
   product->BeginAfter(std::move(actions));
   const auto start = product->Start();
-  if (failed < 0 || !start) {
-    reason = failed < 0 ? "the task has no action '" + blocked + "'" : "the goal is lost already";
+  if (!failed.valid() || !start) {
+    reason = !failed.valid() ? "the task has no action '" + blocked + "'" : "the goal is lost already";
     return std::nullopt;
   }
   ++times_blocked_[failed];
@@ -57,8 +57,7 @@ std::optional<std::vector<std::string>> Replanner::Find(const std::vector<std::s
     return std::nullopt;
   }
   std::vector<std::string> names;
-  for (const int action : outcome.skeleton->actions)
-    names.push_back(task_->actions()[static_cast<size_t>(action)].name);
+  for (const ActionId action : outcome.skeleton->actions) names.push_back(task_->actions()[action].name);
   return names;
 }
 

@@ -27,8 +27,8 @@ class Replanner {
  private:
   std::shared_ptr<const symbolic::Task> task_;
   std::optional<task::TemporalGoal> goal_;
-  std::map<int, int> times_blocked_;                      ///< By action.
-  std::vector<std::pair<symbolic::State, int>> blocked_;  ///< Actions, with the state of the task.
+  std::map<ActionId, int> times_blocked_;
+  std::vector<std::pair<symbolic::State, ActionId>> blocked_;  ///< Actions, with the state of the task.
 };
 
 }  // namespace tether::task

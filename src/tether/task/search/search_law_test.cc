@@ -43,7 +43,7 @@ void ExpectAdmissible(Product& product) {
   StateGraph graph(product, {.blind = true});
   while (graph.bound() != StateGraph::kFar && graph.states() < 3000) graph.ExpandNext();
   if (graph.bound() != StateGraph::kFar) return;
-  const std::vector<int64_t> distance = graph.GoalDistances();
+  const std::vector<int64_t> distance = graph.GoalDistances().values();
   Estimate estimate(product, false, false);
   Symmetry symmetry(product);
   std::vector<symbolic::State> samples;
@@ -117,7 +117,7 @@ TEST(SearchLawTest, AStarFindsWhatDijkstraFinds) {
     if (!greedy.skeleton) continue;
     ASSERT_GE(greedy.skeleton->cost, cost);
     symbolic::State state = task->initial_state();
-    for (int action : greedy.skeleton->actions) {
+    for (const ActionId action : greedy.skeleton->actions) {
       ASSERT_TRUE(task->IsApplicable(action, state));
       state = task->Apply(action, state);
     }

@@ -26,7 +26,7 @@ Found Cheapest(const std::shared_ptr<const symbolic::Problem>& problem, bool bli
   if (!outcome.found()) return found;
   found.cost = outcome.skeleton->cost;
   symbolic::State state = search.task().initial_state();
-  for (int action : outcome.skeleton->actions) {
+  for (const ActionId action : outcome.skeleton->actions) {
     EXPECT_TRUE(search.task().IsApplicable(action, state));
     state = search.task().Apply(action, state);
   }

@@ -62,8 +62,8 @@ SkeletonSearch::SkeletonSearch(std::unique_ptr<Product> product, SkeletonOptions
   options_.Validate();
   if (!options_.unit_costs) unit_ = task().cost_unit();
   bool some_are_free = false;
-  for (size_t i = 0; i < task().actions().size(); ++i) {
-    const int64_t cost = graph_.action_cost(static_cast<int>(i));
+  for (const ActionId action : task().actions().ids()) {
+    const int64_t cost = graph_.action_cost(action);
     every_action_costs_1_ = every_action_costs_1_ && cost == 1;
     some_are_free = some_are_free || cost == 0;
   }
@@ -101,7 +101,7 @@ std::optional<SearchStatus> SkeletonSearch::Explore(const SearchLimits& limits) 
       const int state = graph_.ExpandNext();
       if (!may_come_at_once_ || !graph_.is_goal(state)) continue;
       may_come_at_once_ = false;
-      std::vector<int> actions = graph_.PathTo(state);
+      std::vector<ActionId> actions = graph_.PathTo(state);
       const bool too_long =
           options_.max_actions > 0 && actions.size() > static_cast<size_t>(options_.max_actions);
       if (too_long || IsForbidden(actions)) continue;
@@ -139,9 +139,8 @@ void SkeletonSearch::Push(int state, int rule, int64_t cost) {
        lifted_ ? lifted_->Edges(state)
                : std::span<const StateGraph::Edge>(graph_.begin_edges(state), graph_.end_edges(state)),
        rule, cost});
-  if (on_path_.size() <= static_cast<size_t>(state))
-    on_path_.resize(2 * static_cast<size_t>(state) + 1, false);
-  on_path_[static_cast<size_t>(state)] = true;
+  if (on_path_.next_id() <= state) on_path_.resize(ToIndex(2 * state + 1), false);
+  on_path_[state] = true;
   ++walked_;
 }
 
@@ -149,29 +148,29 @@ void SkeletonSearch::Pop() {
   const int state = path_.back().state;
   path_.pop_back();
   if (!path_actions_.empty()) path_actions_.pop_back();
-  on_path_[static_cast<size_t>(state)] = false;
+  on_path_[state] = false;
 }
 
-int SkeletonSearch::Follow(int rule, int action) const {
+int SkeletonSearch::Follow(int rule, ActionId action) const {
   if (rule < 0) return -1;
   const auto it = rules_.find({rule, action});
   return it == rules_.end() ? -1 : it->second;
 }
 
-bool SkeletonSearch::IsForbidden(const std::vector<int>& actions) const {
-  if (!never_.empty() && std::any_of(actions.begin(), actions.end(),
-                                     [&](int action) { return never_[static_cast<size_t>(action)]; }))
+bool SkeletonSearch::IsForbidden(const std::vector<ActionId>& actions) const {
+  if (!never_.empty() &&
+      std::any_of(actions.begin(), actions.end(), [&](ActionId action) { return never_[action]; }))
     return true;
   int rule = 0;
-  for (int action : actions) {
+  for (const ActionId action : actions) {
     rule = Follow(rule, action);
     if (rule < 0) return false;
-    if (forbidden_[static_cast<size_t>(rule)]) return true;
+    if (forbidden_[rule]) return true;
   }
   return false;
 }
 
-Skeleton SkeletonSearch::MakeSkeleton(std::vector<int> actions, int64_t cost) const {
+Skeleton SkeletonSearch::MakeSkeleton(std::vector<ActionId> actions, int64_t cost) const {
   return {std::move(actions), static_cast<double>(cost) * unit_};
 }
 
@@ -204,13 +203,12 @@ SearchOutcome SkeletonSearch::Next(const SearchLimits& limits) {
       const StateGraph::Edge edge = top.edges.front();
       top.edges = top.edges.subspan(1);
       ++tried_;
-      const int64_t distance = distance_[static_cast<size_t>(Base(edge.target))];
+      const int64_t distance = distance_[Base(edge.target)];
       if (distance == StateGraph::kFar) continue;
-      const auto target = static_cast<size_t>(edge.target);
-      if (options_.skip_revisits && target < on_path_.size() && on_path_[target]) continue;
+      if (options_.skip_revisits && edge.target < on_path_.next_id() && on_path_[edge.target]) continue;
       const int rule = Follow(top.rule, edge.action);
-      if (rule >= 0 && forbidden_[static_cast<size_t>(rule)]) continue;
-      if (!never_.empty() && never_[static_cast<size_t>(edge.action)]) continue;
+      if (rule >= 0 && forbidden_[rule]) continue;
+      if (!never_.empty() && never_[edge.action]) continue;
       const int64_t cost = top.cost + graph_.action_cost(edge.action);
       if (cost + distance > level_) {
         next_level_ = std::min(next_level_, cost + distance);
@@ -239,7 +237,7 @@ std::optional<SearchStatus> SkeletonSearch::ExploreAll(const SearchLimits& limit
 void SkeletonSearch::AddConflict(const Conflict& conflict) {
   if (conflict.anywhere && !conflict.prefix.empty()) {
     never_.resize(task().actions().size(), false);
-    never_[static_cast<size_t>(conflict.prefix.back())] = true;
+    never_[conflict.prefix.back()] = true;
     pruned_unproved_ = pruned_unproved_ || conflict.kind == Conflict::Kind::kGaveUp;
     const auto first = std::find(path_actions_.begin(), path_actions_.end(), conflict.prefix.back());
     const auto kept = static_cast<size_t>(first - path_actions_.begin());
@@ -247,21 +245,21 @@ void SkeletonSearch::AddConflict(const Conflict& conflict) {
     return;
   }
   int node = 0;
-  for (int action : conflict.prefix) {
-    const auto [it, is_new] =
-        rules_.emplace(std::make_pair(node, action), static_cast<int>(forbidden_.size()));
+  for (const ActionId action : conflict.prefix) {
+    const auto [it, is_new] = rules_.emplace(std::make_pair(node, action), forbidden_.next_id());
     if (is_new) forbidden_.push_back(false);
     node = it->second;
   }
-  forbidden_[static_cast<size_t>(node)] = true;
+  forbidden_[node] = true;
   pruned_unproved_ = pruned_unproved_ || conflict.kind == Conflict::Kind::kGaveUp;
   // The enumeration may stand inside what is now forbidden.
-  for (size_t i = 0, rule = 0; i < path_.size(); ++i) {
+  int rule = 0;
+  for (size_t i = 0; i < path_.size(); ++i) {
     if (i > 0) {
       const int follow = Follow(path_[i - 1].rule, path_actions_[i - 1]);
       path_[i].rule = follow;
       if (follow < 0) break;
-      rule = static_cast<size_t>(follow);
+      rule = follow;
     }
     if (forbidden_[rule]) {
       while (path_.size() > i) Pop();

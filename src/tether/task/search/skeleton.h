@@ -20,8 +20,8 @@ namespace tether::task {
 
 /// A candidate plan without geometry: ground actions, one after another.
 struct Skeleton {
-  std::vector<int> actions;  ///< Indices into Task::actions().
-  double cost = 0;           ///< Of the actions, in sum.
+  std::vector<ActionId> actions;
+  double cost = 0;  ///< Of the actions, in sum.
 };
 
 struct SkeletonOptions {
@@ -117,14 +117,14 @@ class SkeletonSearch {
   std::optional<SearchStatus> Explore(const SearchLimits& limits);
   std::optional<SearchStatus> CheckLimits(const SearchLimits& limits, bool now);
   SearchStatus NothingLeft() const;
-  bool IsForbidden(const std::vector<int>& actions) const;
+  bool IsForbidden(const std::vector<ActionId>& actions) const;
   void StartLevel(int64_t cost);
   /// The representative in the graph of a state of the walk.
   int Base(int state) const { return lifted_ ? lifted_->base(state) : state; }
   void Push(int state, int rule, int64_t cost);
   void Pop();
-  int Follow(int rule, int action) const;
-  Skeleton MakeSkeleton(std::vector<int> actions, int64_t cost) const;
+  int Follow(int rule, ActionId action) const;
+  Skeleton MakeSkeleton(std::vector<ActionId> actions, int64_t cost) const;
 
   std::unique_ptr<Product> product_;
   SkeletonOptions options_;
@@ -132,22 +132,22 @@ class SkeletonSearch {
   std::unique_ptr<LiftedStates> lifted_;  ///< The states of the walk, where the graph has representatives.
   double unit_ = 1;                       ///< Of costs.
   bool every_action_costs_1_ = true;
-  std::vector<int64_t> distance_;  ///< To the goal, per state of the graph.
-  uint64_t distances_of_ = 0;      ///< StateGraph::closed() when the distances were computed.
-  int64_t level_ = -1;             ///< Cost of the skeletons that are being enumerated.
-  int64_t next_level_ = 0;         ///< Least cost beyond `level_` that may have skeletons; kFar if none.
+  IndexedVector<int, int64_t> distance_;  ///< To the goal, per state of the graph.
+  uint64_t distances_of_ = 0;             ///< StateGraph::closed() when the distances were computed.
+  int64_t level_ = -1;                    ///< Cost of the skeletons that are being enumerated.
+  int64_t next_level_ = 0;  ///< Least cost beyond `level_` that may have skeletons; kFar if none.
   bool enumerating_ = false;
   std::vector<Frame> path_;
-  std::vector<int> path_actions_;
-  std::vector<bool> on_path_;              ///< Per state of the walk.
-  std::optional<std::vector<int>> first_;  ///< The one that came at once.
+  std::vector<ActionId> path_actions_;
+  IndexedVector<int, bool> on_path_;            ///< Per state of the walk.
+  std::optional<std::vector<ActionId>> first_;  ///< The one that came at once.
   bool may_come_at_once_ = false;
   bool too_long_ = false;  ///< `max_actions` cut a sequence off.
 
-  std::map<std::pair<int, int>, int>
+  std::map<std::pair<int, ActionId>, int>
       rules_;  ///< (node, action) → node of the tree of forbidden prefixes; 0 is the root.
-  std::vector<bool> forbidden_{false};  ///< Per node of that tree.
-  std::vector<bool> never_;             ///< By action: fails anywhere. Empty: none does.
+  IndexedVector<int, bool> forbidden_{1, false};  ///< Per node of that tree.
+  IndexedVector<ActionId, bool> never_;           ///< It fails anywhere. Empty: none does.
   bool pruned_unproved_ = false;
   uint64_t walked_ = 0, tried_ = 0, ticks_ = 0;
 };

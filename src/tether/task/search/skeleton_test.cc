@@ -28,8 +28,8 @@ std::shared_ptr<const Task> Shipped(const std::string& name) {
 
 std::string Join(const Skeleton& skeleton, const Task& task) {
   std::string text;
-  for (int action : skeleton.actions) {
-    text += (text.empty() ? "" : " ") + task.actions()[static_cast<size_t>(action)].name;
+  for (const ActionId action : skeleton.actions) {
+    text += (text.empty() ? "" : " ") + task.actions()[action].name;
   }
   return text;
 }
@@ -44,21 +44,23 @@ std::vector<std::string> All(SkeletonSearch& search, SearchStatus* last) {
   }
 }
 
+std::vector<ActionId> Ids(const std::vector<int>& numbers) { return {numbers.begin(), numbers.end()}; }
+
 TEST(ConflictTest, RulesOutWhatItIsAbout) {
   Conflict conflict;
-  conflict.prefix = {3, 5};
-  EXPECT_TRUE(conflict.RulesOut({3, 5, 1}));
-  EXPECT_FALSE(conflict.RulesOut({3, 1, 5}));
-  EXPECT_FALSE(conflict.RulesOut({3}));
-  conflict.unless = {1, 2};
-  EXPECT_TRUE(conflict.RulesOut({4, 5}));
-  EXPECT_TRUE(conflict.RulesOut({4, 5, 1}));
-  EXPECT_FALSE(conflict.RulesOut({4, 2, 5}));
-  EXPECT_FALSE(conflict.RulesOut({4, 6}));
+  conflict.prefix = Ids({3, 5});
+  EXPECT_TRUE(conflict.RulesOut(Ids({3, 5, 1})));
+  EXPECT_FALSE(conflict.RulesOut(Ids({3, 1, 5})));
+  EXPECT_FALSE(conflict.RulesOut(Ids({3})));
+  conflict.unless = Ids({1, 2});
+  EXPECT_TRUE(conflict.RulesOut(Ids({4, 5})));
+  EXPECT_TRUE(conflict.RulesOut(Ids({4, 5, 1})));
+  EXPECT_FALSE(conflict.RulesOut(Ids({4, 2, 5})));
+  EXPECT_FALSE(conflict.RulesOut(Ids({4, 6})));
   conflict.unless.clear();
   conflict.anywhere = true;
-  EXPECT_TRUE(conflict.RulesOut({4, 2, 5}));
-  EXPECT_FALSE(conflict.RulesOut({4, 2}));
+  EXPECT_TRUE(conflict.RulesOut(Ids({4, 2, 5})));
+  EXPECT_FALSE(conflict.RulesOut(Ids({4, 2})));
 }
 
 TEST(SkeletonTest, WorkspaceReachHasThePapersThreeCandidates) {
@@ -225,18 +227,18 @@ TEST(SkeletonTest, ConflictsRuleOutWhatBeginsWithThem) {
   Random random(3);
   for (uint64_t seed = 0; seed < 40; ++seed) {
     const auto task = Task::Ground(RandomGripper(seed, 3, 2));
-    std::vector<std::vector<int>> without, with, prefixes;
+    std::vector<std::vector<ActionId>> without, with, prefixes;
     SkeletonSearch plain(task, {.max_actions = 12});
     while (const auto skeleton = plain.Next().skeleton) without.push_back(skeleton->actions);
     SkeletonSearch search(task, {.max_actions = 12});
-    auto begins = [](const std::vector<int>& actions, const std::vector<int>& prefix) {
+    auto begins = [](const std::vector<ActionId>& actions, const std::vector<ActionId>& prefix) {
       return prefix.size() <= actions.size() && std::equal(prefix.begin(), prefix.end(), actions.begin());
     };
-    std::vector<std::vector<int>> expected;
+    std::vector<std::vector<ActionId>> expected;
     size_t next = 0;
     while (const auto skeleton = search.Next().skeleton) {
       // The next one of the plain search that no prefix so far rules out.
-      auto ruled_out = [&](const std::vector<int>& actions) {
+      auto ruled_out = [&](const std::vector<ActionId>& actions) {
         return std::any_of(prefixes.begin(), prefixes.end(),
                            [&](const auto& prefix) { return begins(actions, prefix); });
       };
@@ -335,7 +337,7 @@ TEST(SkeletonTest, TallTowersTakeTwiceTheClassicNumberOfMoves) {
     const SearchOutcome first = search.Next();
     ASSERT_TRUE(first.found());
     EXPECT_EQ(first.skeleton->actions.size(), 2u * ((1u << discs) - 1));
-    std::set<std::vector<int>> seen = {first.skeleton->actions};
+    std::set<std::vector<ActionId>> seen = {first.skeleton->actions};
     size_t length = first.skeleton->actions.size();
     for (int i = 0; discs > 1 && i < 50; ++i) {
       const SearchOutcome next = search.Next();

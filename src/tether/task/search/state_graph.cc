@@ -41,22 +41,22 @@ StateGraph::StateGraph(Product& product, const Options& options)
     symmetry_ = std::make_unique<Symmetry>(product);
     if (symmetry_->trivial()) symmetry_.reset();
   }
-  if (auto start = product.Start()) Reach(*start, 0, -1, -1);
+  if (auto start = product.Start()) Reach(*start, 0, -1, {});
 }
 
-int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, int action,
+int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int parent, ActionId action,
                                  bool exchanged) {
   std::span<const int> before;
-  if (parent >= 0 && nodes_[static_cast<size_t>(parent)].generation == estimate_.generation() &&
+  if (parent >= 0 && nodes_[parent].generation == estimate_.generation() &&
       (!exchanged || (symmetry_->maps_actions() && estimate_.landmarks_are_actions()))) {
-    const Node& known = nodes_[static_cast<size_t>(parent)];
-    before = {landmarks_.data() + known.first_landmark, static_cast<size_t>(known.landmark_count)};
+    const Node& known = nodes_[parent];
+    before = {landmarks_.data() + known.first_landmark, ToIndex(known.landmark_count)};
     // They are about objects that are exchanged now.
     if (exchanged) {
       mapped_.assign(before.begin(), before.end());
       for (size_t i = 0; i < mapped_.size();) {
-        const auto end = i + 2 + static_cast<size_t>(mapped_[i + 1]);
-        for (i += 2; i < end; ++i) mapped_[i] = symmetry_->Image(mapped_[i]);
+        const auto end = i + 2 + ToIndex(mapped_[i + 1]);
+        for (i += 2; i < end; ++i) mapped_[i] = symmetry_->Image(ActionId(mapped_[i])).value();
       }
       before = mapped_;
       action = symmetry_->Image(action);
@@ -74,7 +74,7 @@ int64_t StateGraph::EstimateCost(symbolic::StateView state, Node& node, int pare
   return estimate;
 }
 
-void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, int action) {
+void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, ActionId action) {
   bool is_new = false;
   const bool exchanged = symmetry_ && symmetry_->Canonicalize(state);
   const int index = table_.Insert(state, is_new);
@@ -83,7 +83,7 @@ void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, int 
     fresh.is_goal = product_.IsGoal(state);
     fresh.estimate = fresh.is_goal ? 0 : EstimateCost(state, fresh, parent, action, exchanged);
   }
-  Node& node = nodes_[static_cast<size_t>(index)];
+  Node& node = nodes_[index];
   if (cost >= node.cost) return;
   node.cost = cost;
   node.parent = parent;
@@ -96,7 +96,7 @@ void StateGraph::Reach(std::span<uint64_t> state, int64_t cost, int parent, int 
 int64_t StateGraph::bound() {
   while (!open_.empty()) {
     const Entry top = open_.front();
-    Node& node = nodes_[static_cast<size_t>(top.state)];
+    Node& node = nodes_[top.state];
     const bool is_current = !node.is_closed && node.cost == top.cost && node.estimate == top.estimate;
     if (is_current && (node.is_goal || node.generation == estimate_.generation())) return top.bound;
     std::pop_heap(open_.begin(), open_.end(), Worse());
@@ -104,7 +104,7 @@ int64_t StateGraph::bound() {
     if (!is_current) continue;
     // Estimated before the estimates were strengthened.
     const int64_t before = node.estimate;
-    node.estimate = std::max(before, EstimateCost(table_[top.state], node, -1, -1, false));
+    node.estimate = std::max(before, EstimateCost(table_[top.state], node, -1, {}, false));
     if (node.estimate != Estimate::kDeadEnd)
       Push(top.state, node.estimate == before ? top.number : NextNumber());
   }
@@ -119,7 +119,7 @@ uint64_t StateGraph::NextNumber() {
 }
 
 void StateGraph::Push(int state, uint64_t number) {
-  const Node& node = nodes_[static_cast<size_t>(state)];
+  const Node& node = nodes_[state];
   open_.push_back({node.cost + node.estimate, node.estimate, number, state, node.cost});
   std::push_heap(open_.begin(), open_.end(), Worse());
 }
@@ -144,7 +144,7 @@ int StateGraph::ExpandNext() {
   const int state = open_.front().state;
   std::pop_heap(open_.begin(), open_.end(), Worse());
   open_.pop_back();
-  Node& node = nodes_[static_cast<size_t>(state)];
+  Node& node = nodes_[state];
   ++closed_;
   node.is_closed = true;
   if (node.is_goal) {
@@ -157,25 +157,25 @@ int StateGraph::ExpandNext() {
 
 void StateGraph::Expand(int state) {
   if (++expanded_ == strengthen_at_ && !options_.blind) Strengthen();
-  nodes_[static_cast<size_t>(state)].is_expanded = true;
-  const int64_t cost = nodes_[static_cast<size_t>(state)].cost;
+  nodes_[state].is_expanded = true;
+  const int64_t cost = nodes_[state].cost;
   const symbolic::StateView view = table_[state];
   source_.assign(view.begin(), view.end());
   product_.FindApplicable(source_, applicable_);
-  for (int action : applicable_) {
+  for (const ActionId action : applicable_) {
     ++generated_;
     if (product_.Apply(action, source_, scratch_)) Reach(scratch_, cost + action_cost(action), state, action);
   }
 }
 
 bool StateGraph::ExpandBeyondGoals() {
-  while (beyond_ < states() && nodes_[beyond_].is_expanded) ++beyond_;
-  if (beyond_ == states()) return false;
+  while (beyond_ < nodes_.next_id() && nodes_[beyond_].is_expanded) ++beyond_;
+  if (beyond_ == nodes_.next_id()) return false;
   nodes_[beyond_].is_expanded = true;
-  const symbolic::StateView view = table_[static_cast<int>(beyond_)];
+  const symbolic::StateView view = table_[beyond_];
   source_.assign(view.begin(), view.end());
   product_.FindApplicable(source_, applicable_);
-  for (int action : applicable_) {
+  for (const ActionId action : applicable_) {
     bool is_new = false;
     if (!product_.Apply(action, source_, scratch_)) continue;
     if (symmetry_) symmetry_->Canonicalize(scratch_);
@@ -185,11 +185,11 @@ bool StateGraph::ExpandBeyondGoals() {
   return true;
 }
 
-std::vector<int> StateGraph::PathTo(int state) {
-  std::vector<int> actions, states;
-  for (int at = state; nodes_[static_cast<size_t>(at)].parent >= 0;
-       at = nodes_[static_cast<size_t>(at)].parent) {
-    actions.push_back(nodes_[static_cast<size_t>(at)].action);
+std::vector<ActionId> StateGraph::PathTo(int state) {
+  std::vector<ActionId> actions;
+  std::vector<int> states;
+  for (int at = state; nodes_[at].parent >= 0; at = nodes_[at].parent) {
+    actions.push_back(nodes_[at].action);
     states.push_back(at);
   }
   std::reverse(actions.begin(), actions.end());
@@ -201,7 +201,7 @@ std::vector<int> StateGraph::PathTo(int state) {
   for (size_t i = 0; i < actions.size(); ++i) {
     product_.FindApplicable(now, applicable_);
     [[maybe_unused]] bool found = false;
-    for (int action : applicable_) {
+    for (const ActionId action : applicable_) {
       if (action_cost(action) != action_cost(actions[i]) || !product_.Apply(action, now, next)) continue;
       scratch_ = next;
       if (Find(scratch_) != states[i]) continue;
@@ -218,15 +218,15 @@ std::vector<int> StateGraph::PathTo(int state) {
 void StateGraph::FindEdges() {
   first_edge_.resize(states(), 0);
   end_edge_.resize(states(), 0);
-  for (size_t s = 0; s < states(); ++s) {
+  for (const int s : nodes_.ids()) {
     PollLimits();  // Here nothing is half done.
     Node& node = nodes_[s];
     if (!node.is_closed || node.is_goal || node.has_edges) continue;
     node.has_edges = true;
     first_edge_[s] = edges_.size();
-    const symbolic::StateView source = table_[static_cast<int>(s)];
+    const symbolic::StateView source = table_[s];
     product_.FindApplicable(source, applicable_);
-    for (int action : applicable_) {
+    for (const ActionId action : applicable_) {
       if (!product_.Apply(action, source, scratch_)) continue;
       edges_.push_back({action, Find(scratch_)});
     }
@@ -234,35 +234,33 @@ void StateGraph::FindEdges() {
   }
 }
 
-std::vector<int64_t> StateGraph::GoalDistances() {
+IndexedVector<int, int64_t> StateGraph::GoalDistances() {
   FindEdges();
-  std::vector<size_t> first(states() + 1, 0);
-  for (const Edge& edge : edges_) ++first[static_cast<size_t>(edge.target) + 1];
-  for (size_t i = 0; i < states(); ++i) first[i + 1] += first[i];
+  IndexedVector<int, size_t> first(states() + 1, 0);
+  for (const Edge& edge : edges_) ++first[edge.target + 1];
+  for (const int s : nodes_.ids()) first[s + 1] += first[s];
   std::vector<Edge> sources(edges_.size());  // Backwards: `target` is where the action begins.
-  std::vector<size_t> fill(first.begin(), first.end() - 1);
-  for (size_t s = 0; s < states(); ++s) {
-    const int source = static_cast<int>(s);
+  IndexedVector<int, size_t> fill = first;
+  for (const int source : nodes_.ids()) {
     for (const Edge* e = begin_edges(source); e != end_edges(source); ++e) {
-      sources[fill[static_cast<size_t>(e->target)]++] = {e->action, source};
+      sources[fill[e->target]++] = {e->action, source};
     }
   }
-  std::vector<int64_t> distance(states(), kFar);
+  IndexedVector<int, int64_t> distance(states(), kFar);
   std::vector<std::pair<int64_t, int>> heap;
-  for (size_t s = 0; s < states(); ++s) {
+  for (const int s : nodes_.ids()) {
     if (!nodes_[s].is_goal || !nodes_[s].is_closed) continue;
     distance[s] = 0;
-    heap.emplace_back(0, static_cast<int>(s));
+    heap.emplace_back(0, s);
   }
   while (!heap.empty()) {
     PollLimits();
     std::pop_heap(heap.begin(), heap.end(), std::greater<>());
     const auto [cost, state] = heap.back();
     heap.pop_back();
-    const auto target = static_cast<size_t>(state);
-    if (cost != distance[target]) continue;
-    for (size_t k = first[target]; k < first[target + 1]; ++k) {
-      int64_t& known = distance[static_cast<size_t>(sources[k].target)];
+    if (cost != distance[state]) continue;
+    for (size_t k = first[state]; k < first[state + 1]; ++k) {
+      int64_t& known = distance[sources[k].target];
       const int64_t through = cost + action_cost(sources[k].action);
       if (through >= known) continue;
       known = through;

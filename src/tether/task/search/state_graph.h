@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/task/goal/product.h"
 #include "tether/task/heuristics/estimate.h"
 #include "tether/task/search/state_table.h"
@@ -22,7 +23,7 @@ class StateGraph {
   static constexpr int64_t kFar = std::numeric_limits<int64_t>::max();
 
   struct Edge {
-    int action = -1;
+    ActionId action;
     int target = -1;
   };
   struct Options {
@@ -61,29 +62,29 @@ class StateGraph {
     return table_.Find(state);
   }
 
-  int64_t action_cost(int action) const { return costs_[static_cast<size_t>(action)]; }
+  int64_t action_cost(ActionId action) const { return costs_[action]; }
   symbolic::StateView state(int index) const { return table_[index]; }
-  bool is_goal(int state) const { return nodes_[static_cast<size_t>(state)].is_goal; }
-  bool is_closed(int state) const { return nodes_[static_cast<size_t>(state)].is_closed; }
+  bool is_goal(int state) const { return nodes_[state].is_goal; }
+  bool is_closed(int state) const { return nodes_[state].is_closed; }
   /// The cheapest path found to `state`: its cost, and its actions.
-  int64_t cost(int state) const { return nodes_[static_cast<size_t>(state)].cost; }
-  std::vector<int> PathTo(int state);
+  int64_t cost(int state) const { return nodes_[state].cost; }
+  std::vector<ActionId> PathTo(int state);
   /// Least cost of the goal states met by ExpandNext(), kFar if there is none.
   int64_t goal_cost() const { return goal_cost_; }
 
   /// The actions from an expanded state, in the task's order; none from others. Call FindEdges() first.
-  const Edge* begin_edges(int state) const { return edges_.data() + first_edge_[static_cast<size_t>(state)]; }
-  const Edge* end_edges(int state) const { return edges_.data() + end_edge_[static_cast<size_t>(state)]; }
+  const Edge* begin_edges(int state) const { return edges_.data() + first_edge_[state]; }
+  const Edge* end_edges(int state) const { return edges_.data() + end_edge_[state]; }
   /// Least cost from each state to a goal state over the expanded part, kFar if there is no path. Finds the
   /// edges too.
-  std::vector<int64_t> GoalDistances();
+  IndexedVector<int, int64_t> GoalDistances();
 
  private:
   struct Node {
     int64_t cost = kFar;
     int64_t estimate = 0;
     int parent = -1;
-    int action = -1;
+    ActionId action;
     int landmark_count = 0;  ///< Numbers in landmarks_.
     int generation = 0;      ///< Of the estimate.
     size_t first_landmark = 0;
@@ -105,9 +106,9 @@ class StateGraph {
   uint64_t NextNumber();
   void Push(int state, uint64_t number);
   void Strengthen();
-  int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, int action, bool exchanged);
+  int64_t EstimateCost(symbolic::StateView state, Node& node, int parent, ActionId action, bool exchanged);
   /// `state` is overwritten by its representative.
-  void Reach(std::span<uint64_t> state, int64_t cost, int parent, int action);
+  void Reach(std::span<uint64_t> state, int64_t cost, int parent, ActionId action);
   void Expand(int state);
   void FindEdges();
 
@@ -115,20 +116,20 @@ class StateGraph {
   Options options_;
   Estimate estimate_;
   std::unique_ptr<Symmetry> symmetry_;
-  std::vector<int64_t> costs_;
+  IndexedVector<ActionId, int64_t> costs_;
   StateTable table_;
-  std::vector<Node> nodes_;
+  IndexedVector<int, Node> nodes_;
   std::vector<Entry> open_;  ///< A heap.
   uint64_t pushed_ = 0, expanded_ = 0, generated_ = 0, closed_ = 0;
   int64_t goal_cost_ = kFar;
   std::vector<int> mapped_;     ///< Landmarks of the state before, with objects exchanged.
   std::vector<int> landmarks_;  ///< Of the states' estimates, one after another.
   uint64_t strengthen_at_ = 0;  ///< Expansions.
-  size_t beyond_ = 0;           ///< States before this one are expanded.
+  int beyond_ = 0;              ///< States before this one are expanded.
   std::vector<Edge> edges_;
-  std::vector<size_t> first_edge_, end_edge_;
+  IndexedVector<int, size_t> first_edge_, end_edge_;
   symbolic::State scratch_, source_;
-  std::vector<int> applicable_;
+  std::vector<ActionId> applicable_;
 };
 
 }  // namespace tether::task

@@ -22,17 +22,17 @@ using Code = std::vector<int>;
 class ExchangeTest {
  public:
   explicit ExchangeTest(const Product& product) : product_(product), task_(product.task()) {
-    const std::vector<symbolic::GroundAction>& actions = task_.actions();
+    const IndexedVector<ActionId, symbolic::GroundAction>& actions = task_.actions();
     actions_of_.resize(task_.problem().objects.size());
     atoms_of_.resize(actions_of_.size());
     for (size_t i = 0; i < task_.atoms().size(); ++i)
       Note(task_.atoms()[i].arguments, static_cast<int>(i), atoms_of_);
-    for (size_t i = 0; i < actions.size(); ++i) {
-      const int index = static_cast<int>(i);
-      index_.emplace(std::make_pair(actions[i].schema, actions[i].arguments), index);
-      Note(actions[i].arguments, index, actions_of_);
-      NoteAtoms(actions[i].precondition.formula(), index);
-      for (const symbolic::GroundEffect& effect : actions[i].effects) {
+    for (const ActionId index : actions.ids()) {
+      const symbolic::GroundAction& action = actions[index];
+      index_.emplace(std::make_pair(action.schema, action.arguments), index);
+      Note(action.arguments, index, actions_of_);
+      NoteAtoms(action.precondition.formula(), index);
+      for (const symbolic::GroundEffect& effect : action.effects) {
         NoteAtoms(effect.condition.formula(), index);
         for (int atom : effect.deletes) NoteAtom(atom, index);
         for (int atom : effect.adds) NoteAtom(atom, index);
@@ -45,17 +45,17 @@ class ExchangeTest {
   bool Holds(int a, int b) {
     a_ = a;
     b_ = b;
-    const auto &first = atoms_of_[static_cast<size_t>(a)], &second = atoms_of_[static_cast<size_t>(b)];
-    if (first.size() != second.size() || task_.problem().objects[static_cast<size_t>(a)].types !=
-                                             task_.problem().objects[static_cast<size_t>(b)].types)
+    const auto &first = atoms_of_[a], &second = atoms_of_[b];
+    if (first.size() != second.size() ||
+        task_.problem().objects[ToIndex(a)].types != task_.problem().objects[ToIndex(b)].types)
       return false;
     image_.resize(task_.atoms().size());
     std::iota(image_.begin(), image_.end(), 0);
     for (const auto* atoms : {&first, &second}) {
       for (int atom : *atoms) {
-        const int image = task_.FindAtom(Exchange(task_.atoms()[static_cast<size_t>(atom)]));
+        const int image = task_.FindAtom(Exchange(task_.atoms()[ToIndex(atom)]));
         if (image < 0) return false;
-        image_[static_cast<size_t>(atom)] = image;
+        image_[atom] = image;
       }
     }
     const bool same = GoalStays() && ActionsStay() && AxiomsStay();
@@ -66,17 +66,19 @@ class ExchangeTest {
   size_t work() const { return work_; }
 
  private:
-  static void Note(const std::vector<int>& arguments, int item, std::vector<std::vector<int>>& lists) {
+  template <typename Item>
+  static void Note(const std::vector<int>& arguments, Item item,
+                   IndexedVector<int, std::vector<Item>>& lists) {
     for (int object : arguments) {
-      std::vector<int>& list = lists[static_cast<size_t>(object)];
+      std::vector<Item>& list = lists[object];
       if (list.empty() || list.back() != item) list.push_back(item);
     }
   }
 
-  void NoteAtom(int atom, int action) {
-    Note(task_.atoms()[static_cast<size_t>(atom)].arguments, action, actions_of_);
+  void NoteAtom(int atom, ActionId action) {
+    Note(task_.atoms()[ToIndex(atom)].arguments, action, actions_of_);
   }
-  void NoteAtoms(const GroundFormula& formula, int action) {
+  void NoteAtoms(const GroundFormula& formula, ActionId action) {
     if (formula.kind == GroundFormula::Kind::kLiteral) NoteAtom(formula.atom, action);
     for (const GroundFormula& child : formula.children) NoteAtoms(child, action);
   }
@@ -89,7 +91,7 @@ class ExchangeTest {
   Atom Exchange(const Atom& atom) const { return {atom.predicate, Exchange(atom.arguments)}; }
 
   /// The atom's image under the exchange; itself outside of Holds().
-  int Image(int atom) const { return image_.empty() ? atom : image_[static_cast<size_t>(atom)]; }
+  int Image(int atom) const { return image_.empty() ? atom : image_[atom]; }
 
   void Append(const GroundFormula& formula, Code& code) {
     ++work_;
@@ -119,8 +121,8 @@ class ExchangeTest {
     return atoms;
   }
 
-  Code CodeOfAction(int index) {
-    const symbolic::GroundAction& action = task_.actions()[static_cast<size_t>(index)];
+  Code CodeOfAction(ActionId index) {
+    const symbolic::GroundAction& action = task_.actions()[index];
     Code code = {static_cast<int>(action.cost), static_cast<int>(action.cost >> 32),
                  product_.IsForbidden(index) ? 1 : 0};
     Append(action.precondition.formula(), code);
@@ -140,12 +142,11 @@ class ExchangeTest {
 
   /// Actions and atoms about neither object are mapped to themselves.
   bool ActionsStay() {
-    for (const auto* list : {&actions_of_[static_cast<size_t>(a_)], &actions_of_[static_cast<size_t>(b_)]}) {
-      for (int index : *list) {
-        const symbolic::GroundAction& action = task_.actions()[static_cast<size_t>(index)];
+    for (const auto* list : {&actions_of_[a_], &actions_of_[b_]}) {
+      for (const ActionId index : *list) {
+        const symbolic::GroundAction& action = task_.actions()[index];
         const auto image = index_.find({action.schema, Exchange(action.arguments)});
-        if (image == index_.end() || CodeOfAction(index) != codes_[static_cast<size_t>(image->second)])
-          return false;
+        if (image == index_.end() || CodeOfAction(index) != codes_[image->second]) return false;
       }
     }
     return true;
@@ -154,14 +155,14 @@ class ExchangeTest {
   /// Axioms of one stratum in any order.
   bool AxiomsStay() {
     const auto code_of = [&](const std::vector<symbolic::GroundAxiom>& stratum, bool exchanged) {
-      std::vector<int> identity;
-      if (!exchanged) identity.swap(image_);
+      IndexedVector<int, int> identity;
+      if (!exchanged) std::swap(identity, image_);
       std::vector<Code> all;
       for (const symbolic::GroundAxiom& axiom : stratum) {
         Code& one = all.emplace_back(Code{Image(axiom.atom)});
         Append(axiom.body.formula(), one);
       }
-      if (!exchanged) identity.swap(image_);
+      if (!exchanged) std::swap(identity, image_);
       std::sort(all.begin(), all.end());
       return all;
     };
@@ -174,48 +175,47 @@ class ExchangeTest {
     if (product_.goal() != nullptr) return FormulaStays();
     Code before, after;
     Append(task_.goal().formula(), after);
-    std::vector<int> identity;
-    identity.swap(image_);
+    IndexedVector<int, int> identity;
+    std::swap(identity, image_);
     Append(task_.goal().formula(), before);
-    identity.swap(image_);
+    std::swap(identity, image_);
     return before == after;
   }
 
   /// Every largest subformula without temporal operators is mapped to itself.
   bool FormulaStays() {
     const ltl::Formula& formula = product_.goal()->formula;
-    std::vector<bool> is_boolean(formula.nodes().size(), false);
-    std::vector<std::optional<Code>> before(formula.nodes().size()), after(formula.nodes().size());
+    IndexedVector<int, bool> is_boolean(formula.nodes().size(), false);
+    IndexedVector<int, std::optional<Code>> before(formula.nodes().size()), after(formula.nodes().size());
     bool stays = true;
-    for (size_t i = 0; i < formula.nodes().size(); ++i) {
-      const ltl::Formula::Node& node = formula.nodes()[i];
+    for (const int i : is_boolean.ids()) {
+      const ltl::Formula::Node& node = formula.nodes()[ToIndex(i)];
       const bool connective = node.op <= ltl::Operator::kNot || node.op >= ltl::Operator::kAnd;
       is_boolean[i] = connective && std::all_of(node.operands.begin(), node.operands.end(),
-                                                [&](int k) { return is_boolean[static_cast<size_t>(k)]; });
+                                                [&](int k) { return is_boolean[k]; });
       if (is_boolean[i]) {
         before[i] = CodeOfNode(node, before, false);
         after[i] = CodeOfNode(node, after, true);
         continue;
       }
       for (int k : node.operands) {
-        const auto operand = static_cast<size_t>(k);
-        stays = stays && (!is_boolean[operand] || before[operand] == after[operand]);
+        stays = stays && (!is_boolean[k] || before[k] == after[k]);
       }
     }
     return stays && (!is_boolean.back() || before.back() == after.back());
   }
 
-  Code CodeOfNode(const ltl::Formula::Node& node, const std::vector<std::optional<Code>>& codes,
+  Code CodeOfNode(const ltl::Formula::Node& node, const IndexedVector<int, std::optional<Code>>& codes,
                   bool exchanged) {
     ++work_;
     Code code = {static_cast<int>(node.op)};
     if (node.op == ltl::Operator::kAtom) {
-      const int atom = product_.propositions()[static_cast<size_t>(node.atom)];
+      const int atom = product_.propositions()[ToIndex(node.atom)];
       code.push_back(atom >= 0 && exchanged ? Image(atom) : atom);
       return code;
     }
     std::vector<Code> operands;
-    for (int k : node.operands) operands.push_back(*codes[static_cast<size_t>(k)]);
+    for (int k : node.operands) operands.push_back(*codes[k]);
     if (node.op == ltl::Operator::kImplies) {
       for (const Code& operand : operands) code.insert(code.end(), operand.begin(), operand.end());
     } else {
@@ -226,10 +226,11 @@ class ExchangeTest {
 
   const Product& product_;
   const symbolic::Task& task_;
-  std::map<std::pair<int, std::vector<int>>, int> index_;  ///< Of actions, by schema and arguments.
-  std::vector<std::vector<int>> actions_of_, atoms_of_;    ///< By object that they are about.
-  std::vector<Code> codes_;                                ///< Of the actions as they are.
-  std::vector<int> image_;                                 ///< Of the atoms; empty: themselves.
+  std::map<std::pair<int, std::vector<int>>, ActionId> index_;  ///< Of actions, by schema and arguments.
+  IndexedVector<int, std::vector<ActionId>> actions_of_;        ///< By object that they are about.
+  IndexedVector<int, std::vector<int>> atoms_of_;               ///< By object that they are about.
+  IndexedVector<ActionId, Code> codes_;                         ///< Of the actions as they are.
+  IndexedVector<int, int> image_;                               ///< Of the atoms; empty: themselves.
   int a_ = -1, b_ = -1;
   size_t work_ = 0;
 };
@@ -240,13 +241,13 @@ std::vector<std::vector<int>> FindClasses(const Product& product) {
   std::vector<std::vector<int>> classes;
   ExchangeTest test(product);
   const int objects = static_cast<int>(product.task().problem().objects.size());
-  std::vector<bool> placed(static_cast<size_t>(objects), false);
+  IndexedVector<int, bool> placed(ToIndex(objects), false);
   for (int a = 0; a < objects; ++a) {
-    if (placed[static_cast<size_t>(a)]) continue;
+    if (placed[a]) continue;
     std::vector<int> members = {a};
     for (int b = a + 1; b < objects; ++b) {
-      if (placed[static_cast<size_t>(b)] || !test.Holds(a, b)) continue;
-      placed[static_cast<size_t>(b)] = true;
+      if (placed[b] || !test.Holds(a, b)) continue;
+      placed[b] = true;
       members.push_back(b);
       if (test.work() > kMostWork) break;
     }
@@ -266,7 +267,7 @@ symbolic::State ExchangeObjects(const symbolic::Task& task, symbolic::StateView 
     if ((state[i / 64] >> (i % 64) & 1) == 0) continue;
     Atom atom = task.atoms()[i];
     for (int& object : atom.arguments) object = object == a ? b : object == b ? a : object;
-    const auto at = static_cast<size_t>(task.FindAtom(atom));
+    const size_t at = ToIndex(task.FindAtom(atom));
     image[at / 64] |= uint64_t{1} << (at % 64);
   }
   return image;
@@ -279,13 +280,13 @@ Symmetry::Symmetry(const Product& product) {
   // The largest first: they save most.
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  std::vector<int> home(task.problem().objects.size(), -1);  // the class of an object, if it is used
+  IndexedVector<int, int> home(task.problem().objects.size(), -1);  // the class of an object, if it is used
   for (const std::vector<int>& members : found) {
-    std::vector<int> with = home;
-    for (int object : members) with[static_cast<size_t>(object)] = static_cast<int>(classes_.size());
+    IndexedVector<int, int> with = home;
+    for (int object : members) with[object] = static_cast<int>(classes_.size());
     const bool one_each = std::all_of(task.atoms().begin(), task.atoms().end(), [&](const Atom& atom) {
       return std::count_if(atom.arguments.begin(), atom.arguments.end(),
-                           [&](int object) { return with[static_cast<size_t>(object)] >= 0; }) <= 1;
+                           [&](int object) { return with[object] >= 0; }) <= 1;
     });
     if (!one_each) continue;
     home = std::move(with);
@@ -308,13 +309,13 @@ Symmetry::Symmetry(const Product& product) {
 }
 
 void Symmetry::MapActions(const symbolic::Task& task, Class& one) {
-  std::map<std::pair<int, std::vector<int>>, int> index;
-  for (size_t i = 0; i < task.actions().size(); ++i)
-    index.emplace(std::make_pair(task.actions()[i].schema, task.actions()[i].arguments), static_cast<int>(i));
+  std::map<std::pair<int, std::vector<int>>, ActionId> index;
+  for (const ActionId i : task.actions().ids())
+    index.emplace(std::make_pair(task.actions()[i].schema, task.actions()[i].arguments), i);
   const size_t count = one.objects.size();
   one.member_of_action.assign(task.actions().size(), -1);
-  one.images.resize(task.actions().size() * count);
-  for (size_t i = 0; i < task.actions().size(); ++i) {
+  one.images.resize(task.actions().size());
+  for (const ActionId i : task.actions().ids()) {
     const symbolic::GroundAction& action = task.actions()[i];
     for (int object : action.arguments) {
       const auto at = std::find(one.objects.begin(), one.objects.end(), object);
@@ -327,21 +328,20 @@ void Symmetry::MapActions(const symbolic::Task& task, Class& one) {
     if (one.member_of_action[i] < 0) continue;
     for (size_t k = 0; k < count; ++k) {
       std::vector<int> arguments = action.arguments;
-      std::replace(arguments.begin(), arguments.end(),
-                   one.objects[static_cast<size_t>(one.member_of_action[i])], one.objects[k]);
+      std::replace(arguments.begin(), arguments.end(), one.objects[ToIndex(one.member_of_action[i])],
+                   one.objects[k]);
       const auto image = index.find({action.schema, arguments});
       if (image == index.end()) maps_actions_ = false;
-      one.images[i * count + k] = image == index.end() ? -1 : image->second;
+      one.images[i].push_back(image == index.end() ? ActionId() : image->second);
     }
   }
 }
 
-int Symmetry::Image(int action) const {
+ActionId Symmetry::Image(ActionId action) const {
   for (const Class& one : classes_) {
-    const int member = one.member_of_action[static_cast<size_t>(action)];
+    const int member = one.member_of_action[action];
     if (member < 0 || one.place.empty()) continue;
-    action = one.images[static_cast<size_t>(action) * one.objects.size() +
-                        static_cast<size_t>(one.place[static_cast<size_t>(member)])];
+    action = one.images[action][one.place[member]];
   }
   return action;
 }
@@ -361,7 +361,7 @@ std::vector<symbolic::AtomPermutation> Symmetry::Exchanges() const {
       std::iota(exchange.begin(), exchange.end(), 0);
       for (size_t k = 0; k < one.patterns; ++k) {
         const int* own = one.atoms.data() + k * count;
-        for (size_t i = 0; i < moved; ++i) exchange[static_cast<size_t>(own[i])] = own[(i + 1) % moved];
+        for (size_t i = 0; i < moved; ++i) exchange[ToIndex(own[i])] = own[(i + 1) % moved];
       }
       if (count == 2) break;
     }
@@ -376,7 +376,7 @@ void Symmetry::ReadBits(const Class& one, symbolic::StateView state) {
   const int* atom = one.atoms.data();
   for (size_t k = 0; k < one.patterns; ++k) {
     for (size_t i = 0; i < count; ++i, ++atom) {
-      const uint64_t bit = state[static_cast<size_t>(*atom) / 64] >> (*atom % 64) & 1;
+      const uint64_t bit = state[ToIndex(*atom) / 64] >> (*atom % 64) & 1;
       bits_[i * words + k / 64] |= bit << (k % 64);
     }
   }
@@ -404,8 +404,8 @@ bool Symmetry::Canonicalize(std::span<uint64_t> state) {
     one.place.clear();
     ReadBits(one, state);
     const auto less = [&](int a, int b) {
-      const uint64_t* first = bits_.data() + static_cast<size_t>(a) * words;
-      const uint64_t* second = bits_.data() + static_cast<size_t>(b) * words;
+      const uint64_t* first = bits_.data() + ToIndex(a) * words;
+      const uint64_t* second = bits_.data() + ToIndex(b) * words;
       return std::lexicographical_compare(first, first + words, second, second + words);
     };
     order_.resize(count);
@@ -414,13 +414,13 @@ bool Symmetry::Canonicalize(std::span<uint64_t> state) {
     changed = true;
     std::stable_sort(order_.begin(), order_.end(), less);
     one.place.resize(count);
-    for (size_t i = 0; i < count; ++i) one.place[static_cast<size_t>(order_[i])] = static_cast<int>(i);
+    for (size_t i = 0; i < count; ++i) one.place[order_[i]] = static_cast<int>(i);
     const int* atom = one.atoms.data();
     for (size_t k = 0; k < one.patterns; ++k) {
       for (size_t i = 0; i < count; ++i, ++atom) {
         const uint64_t mask = uint64_t{1} << (*atom % 64);
-        uint64_t& word = state[static_cast<size_t>(*atom) / 64];
-        const bool holds = (bits_[static_cast<size_t>(order_[i]) * words + k / 64] >> (k % 64) & 1) != 0;
+        uint64_t& word = state[ToIndex(*atom) / 64];
+        const bool holds = (bits_[ToIndex(order_[i]) * words + k / 64] >> (k % 64) & 1) != 0;
         word = holds ? word | mask : word & ~mask;
       }
     }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "tether/common/id.h"
 #include "tether/symbolic/grounding/mutex.h"
 #include "tether/task/goal/product.h"
 
@@ -48,7 +49,7 @@ class Symmetry {
   /// Image() is available.
   bool maps_actions() const { return maps_actions_; }
   /// The action that `action` becomes by the exchange that the last Canonicalize() made.
-  int Image(int action) const;
+  ActionId Image(ActionId action) const;
 
  private:
   /// Interchangeable objects, and the atoms about them: atoms[k * objects + i] is the k-th of object i.
@@ -56,10 +57,11 @@ class Symmetry {
     std::vector<int> objects;
     std::vector<int> atoms;
     size_t patterns = 0;  ///< Atoms per object.
-    /// Per action the member that it is about, -1 if none, and its images with each member in that one's
-    /// place.
-    std::vector<int> member_of_action, images;
-    std::vector<int> place;  ///< Per member, whose place it got by the last Canonicalize(); empty: its own.
+    /// The member that an action is about, -1 if none, and its images with each member in that one's place.
+    IndexedVector<ActionId, int> member_of_action;
+    IndexedVector<ActionId, IndexedVector<int, ActionId>> images;
+    IndexedVector<int, int>
+        place;  ///< Per member, whose place it got by the last Canonicalize(); empty: its own.
   };
 
   size_t atoms_ = 0;

@@ -71,11 +71,10 @@ TEST(SymmetryTest, ARepresentativeIsTheSameForAllImages) {
     Symmetry symmetry(product);
     const Names classes = ClassesOf(product);
     State state = task->initial_state();
-    std::vector<int> applicable;
+    std::vector<ActionId> applicable;
     for (int step = 0; step < 500; ++step) {
       task->FindApplicable(state, applicable);
-      state = task->Apply(applicable[static_cast<size_t>(random.Index(static_cast<int>(applicable.size())))],
-                          state);
+      state = task->Apply(applicable[ToIndex(random.Index(static_cast<int>(applicable.size())))], state);
       State image = state, canonical = state;
       for (const std::vector<int>& members : symmetry.Classes()) {
         const auto pick = [&] {
@@ -96,7 +95,7 @@ TEST(SymmetryTest, ChangesNoResult) {
   const auto skeletons = [](const std::shared_ptr<const Task>& task, const std::optional<TemporalGoal>& goal,
                             bool symmetry, size_t most, uint64_t* expanded) {
     SkeletonSearch search(std::make_unique<Product>(task, goal), {.symmetry = symmetry});
-    std::vector<std::vector<int>> found;
+    std::vector<std::vector<ActionId>> found;
     while (found.size() < most) {
       SearchOutcome outcome = search.Next();
       if (!outcome.found()) break;

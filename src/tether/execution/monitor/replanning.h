@@ -1,0 +1,47 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tether/math/pose.h"
+#include "tether/planning/plan/plan.h"
+#include "tether/symbolic/grounding/task.h"
+
+namespace tether::execution {
+
+/// The state to plan from, as it is estimated.
+struct PlanRequest {
+  std::map<std::string, math::Pose> X_WO;
+  Eigen::VectorXd q;                  ///< n, rad: of the plan's robot.
+  std::string held;                   ///< The object in the hand; empty: none.
+  std::vector<symbolic::Fact> facts;  ///< All that hold.
+};
+
+/// What planning anew gave: without a plan, `reason` says why.
+struct PlanAnswer {
+  std::optional<planning::Plan> plan;
+  std::shared_ptr<const symbolic::Task> task;  ///< With the requested state as its initial one.
+  std::string reason;
+};
+
+/// Plans for the run's goal from another state. Called by a thread of its own; deterministic.
+using PlanAnew = std::function<PlanAnswer(const PlanRequest&)>;
+
+/// The loop around a plan: facts are observed, and where they no longer allow the plan, another one is made.
+struct ReplanningOptions {
+  PlanAnew plan_anew;                          ///< None: the plan is executed as it is.
+  std::shared_ptr<const symbolic::Task> task;  ///< Of the plan that is begun with.
+  double latency = 0.02;                       ///< A new plan is adopted so long after it was asked for, s.
+  double verify = 0.3;                         ///< So long after the last action the goal is looked at, s.
+  int max_plans = 20;                          ///< So many new plans in a run.
+  int max_failures = 3;                        ///< So many times in a row no plan may be found …
+  double wait = 1;                             ///< … so far apart, s.
+};
+
+}  // namespace tether::execution

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tether/common/id.h"
+#include "tether/control/arm_bodies.h"
+#include "tether/scene/scene.h"
+#include "tether/symbolic/pddl/pddl.h"
+
+namespace tether::execution {
+
+/// A ground fact that poses and the gripper tell: `on` of two objects, `in` of an object and a region or
+/// group, `inhand` of an object.
+struct ObservableFact {
+  enum class Kind { kOn, kIn, kInHand };
+  Kind kind = Kind::kOn;
+  symbolic::Fact fact;
+  std::string text;    ///< "on(box,shelf)"
+  ObjectId object;     ///< What is on, in or in the hand.
+  ObjectId below;      ///< kOn: what it is on.
+  std::string area;    ///< kIn: the region or group.
+  bool seen = false;   ///< As it was looked at last.
+  double since = 0;    ///< It has been seen like that since then, s.
+  bool value = false;  ///< As it has been seen for the time of debouncing at least.
+};
+
+struct FactObserverOptions {
+  double period = 0.02;    ///< Between looks, s.
+  double debounce = 0.15;  ///< A change counts once it has been seen for so long, s.
+  double contact = 6e-3;   ///< What is on something is in contact with it to within this, m.
+  double lean = 0.15;      ///< What leans more than this is not on, rad.
+};
+
+/// Watches which facts hold, from the estimated poses and from what the hand holds. All other predicates are
+/// not observable: their values follow from the actions' effects.
+class FactObserver {
+ public:
+  /// The facts are those that the types of `problem` allow, of things that are in the scene. The scene must
+  /// outlive the observer.
+  FactObserver(const scene::Scene& scene, const symbolic::Problem& problem,
+               const FactObserverOptions& options = {});
+
+  /// Looks when the period is over. True if it has looked. The first look sets all values at once.
+  bool Look(double time, const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held);
+
+  const std::vector<ObservableFact>& facts() const { return facts_; }
+
+ private:
+  bool IsSeen(const ObservableFact& fact, const IndexedVector<ObjectId, control::MovingPose>& objects,
+              ObjectId held) const;
+
+  const scene::Scene& scene_;
+  FactObserverOptions options_;
+  std::vector<ObservableFact> facts_;
+  double next_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace tether::execution

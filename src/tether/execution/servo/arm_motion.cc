@@ -1,0 +1,132 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tether/execution/servo/reference_servo.h"
+
+namespace tether::execution {
+namespace {
+
+// Goals that are nearer than this are reached along a straight line, m and rad.
+constexpr double kNear = 0.02, kNearTurned = 0.1;
+// A goal that has moved by more since the path was found gets another path, m and rad …
+constexpr double kMoved = 0.02, kMovedTurned = 0.15;
+// … as often as this in a reach; then the hand goes straight.
+constexpr int kMostTransits = 6;
+
+// So far above a goal at which something is touched, m.
+constexpr double kRise = 0.02;
+
+const math::Pose& HalfTurn() {
+  static const math::Pose turn(math::ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi)),
+                               Eigen::Vector3d::Zero());
+  return turn;
+}
+
+}  // namespace
+
+void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from) {
+  ++transits_;
+  const math::Pose X_WT = X_WF(frame_);
+  const bool choose = s_.current().tool == kNone && s_.held == kNone;
+  const auto hand = [&](const planning::ReachVerb& reach, const math::Pose& X_ToolHand) {
+    return math::Between(s_.X_WB, X_WT * ToolGoal(reach) * X_ToolHand);
+  };
+  const math::Pose X_BH = hand(verb, X_ToolHand_);
+  if (math::AngleBetween(s_.X_WH.R, (s_.X_WB * X_BH).R) < kNearTurned &&
+      (s_.X_WH.p - (s_.X_WB * X_BH).p).norm() < kNear)
+    return;
+  std::vector<motion::TransitGoal> goals;
+  const auto add = [&](const math::Pose& X_ToolHand, bool planned, double rise) {
+    motion::TransitGoal goal{hand(verb, X_ToolHand), {}, {}};
+    if (rise > 0) {
+      goal.then.push_back(goal.X_BH);
+      goal.X_BH.p += rise * s_.X_WB.R.row(2).transpose();
+    }
+    for (size_t i = static_cast<size_t>(s_.verb) + 1; i < s_.verbs().size(); ++i) {
+      if (const auto* next = std::get_if<planning::ReachVerb>(&s_.verbs()[i]))
+        goal.then.push_back(hand(*next, X_ToolHand));
+    }
+    if (planned) goal.near = s_.plan_step().q;
+    goals.push_back(std::move(goal));
+  };
+  const auto begin = [&](double rise) {
+    goals.clear();
+    add(choose ? math::Pose() : X_ToolHand_, true, rise);
+    if (choose) add(HalfTurn(), false, rise);
+    const std::optional<planning::StepMotion>& planned = s_.plan_step().motion;
+    return transit_.Begin(
+        from, std::move(goals), [this](ObjectId object) { return MovesWithHand(object); },
+        planned ? &planned->path : nullptr);
+  };
+  // Where what is held touches something at the goal, the path ends above.
+  const bool found = begin(0) || (transit_.status() == motion::PathStatus::kNoFreeGoal && begin(kRise));
+  if (!found) {
+    s_.Record(EventKind::kClearance, "no path of the arm was found: " + transit_.why());
+    return;
+  }
+  if (choose) {
+    turned_ = transit_.goal() == 1;
+    X_ToolHand_ = turned_ ? HalfTurn() : math::Pose();
+    now_.phase = 1;
+  }
+  s_.Record(EventKind::kTransit, transit_.Describe());
+  now_.X_TG = ToolGoal(verb) * X_ToolHand_;
+  X_BGoal_ = hand(verb, X_ToolHand_);
+  V_BR_.setZero();
+}
+
+void ReferenceServo::WatchTransit(const planning::ReachVerb& verb) {
+  if (!transit_.active()) return;
+  if (transit_.done()) {
+    path_ended_ = true;
+    return LeaveTransit();
+  }
+  if (!transit_.braking()) {
+    const math::Pose X_BG = math::Between(s_.X_WB, X_WF(frame_) * now_.X_TG);
+    const bool moved =
+        (X_BG.p - X_BGoal_.p).norm() > kMoved || math::AngleBetween(X_BG.R, X_BGoal_.R) > kMovedTurned;
+    if (moved || !transit_.IsFreeAhead()) transit_.Brake();
+    return;
+  }
+  if (!transit_.at_rest()) return;
+  const Eigen::VectorXd from = transit_.joints().q;
+  LeaveTransit();
+  if (transits_ < kMostTransits) BeginTransit(verb, from);
+}
+
+void ReferenceServo::FollowTransit(double rate) {
+  transit_.Advance(shared_.period, rate);
+  const motion::JointReference& joints = transit_.joints();
+  reference_arm_.Set(joints.q);
+  reference_J_.resize(6, joints.q.size());
+  reference_arm_.HandJacobian(reference_J_);
+  const math::Vector6d V_BR = reference_J_ * joints.v;
+  const math::Vector6d A_BR = (V_BR - V_BR_) / shared_.period;
+  V_BR_ = V_BR;
+  // In the frame of the target, whose motion is added again later.
+  const math::Pose X_WT = X_WF(frame_);
+  const math::Vector6d V_WT = V_WF(frame_);
+  const math::Pose X_WR = s_.X_WB * reference_arm_.X_BH();
+  const auto in_T = [&](const math::Vector6d& V, bool moving) {
+    Eigen::Vector3d linear = s_.X_WB.R * V.head<3>(), angular = s_.X_WB.R * V.tail<3>();
+    if (moving) {
+      linear -= V_WT.head<3>() + V_WT.tail<3>().cross(X_WR.p - X_WT.p);
+      angular -= V_WT.tail<3>();
+    }
+    math::Vector6d result;
+    result << X_WT.R.transpose() * linear, X_WT.R.transpose() * angular;
+    return result;
+  };
+  reference_.Reset(math::Between(X_WT, X_WR), in_T(V_BR, true), in_T(A_BR, false));
+  posture_ = joints.q;
+}
+
+void ReferenceServo::LeaveTransit() {
+  if (!transit_.active()) return;
+  transit_.Stop();
+  // The elbow stays where the path has led it.
+  posture_ = posture_goal_ = transit_.joints().q;
+}
+
+}  // namespace tether::execution
