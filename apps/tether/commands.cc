@@ -153,7 +153,9 @@ void WarnOfViolations(const planning::Plan& plan, const planning::Problem& probl
 /// not held, say. Empty if it does not, or if there is no plan.
 std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::PlanReport& report) {
   const planning::CandidateReport* best = report.best();
-  if (best == nullptr || scenario.execution.controller == scenario::Controller::kConstrainedVelocity)
+  const scenario::Controller controller = scenario.execution.controller;
+  if (best == nullptr || controller == scenario::Controller::kConstrainedVelocity) return "";
+  if (controller == scenario::Controller::kConstrainedTorque && execution::NeedsObjectives(best->plan))
     return "";
   try {
     execution::Resolve(scenario.scene, best->plan);

@@ -16,8 +16,13 @@ using nlp::Unit;
 constexpr double kPostureShare = 8;
 // Directions of joint space that change the goal's functions by less than this are free, m²/rad².
 constexpr double kFree = 1e-4;
-// Of the joints' greatest velocities, for what the servo overshoots; of their greatest accelerations, to stop with.
-constexpr double kWithinLimit = 0.99, kStop = 0.7;
+// Of the joints' greatest velocities, for what the servo overshoots; of their greatest accelerations, to stop
+// with.
+constexpr double kWithinLimit = 0.96, kStop = 0.7;
+// No row is worth a change of more than this many times a joint's greatest acceleration.
+constexpr double kBurst = 20;
+// What a velocity has changed is forgotten at this rate, 1/s, by a servo as fast as those of robots are.
+constexpr double kForget = 15;
 // A row violated by less than this counts as held, m/s or rad/s.
 constexpr double kNothing = 1e-9;
 
@@ -71,6 +76,9 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
       smooth_lower(n),
       smooth_upper(n),
       qdot(Eigen::VectorXd::Zero(n)),
+      last_qdot(qdot),
+      rise(qdot),
+      fall(qdot),
       free_matrix(n, n),
       free_velocity(n),
       free_factor(n),
@@ -143,6 +151,23 @@ void ConstrainedVelocity::Impl::AddRedundancy() {
   g.noalias() -= 2 * options.damping * kFree * free_velocity;
 }
 
+// No change is asked for that the servo overshoots the limit with, or that is far beyond what the joint can
+// do.
+void ConstrainedVelocity::Impl::LimitChange(int joint, const double* v) {
+  const double limit = kWithinLimit * model->max_velocity()[joint], over = 1 + options.servo_overshoot;
+  const double o = options.servo_overshoot, now = qdot[joint];
+  double &low = lower[joint], &high = upper[joint];
+  high = std::min(high, std::max((limit - o * (rise[joint] - now)) / over, low));
+  low = std::max(low, std::min((-limit + o * (fall[joint] + now)) / over, high));
+  if (v != nullptr) {
+    low = std::max(low, std::min(*v - (*v + limit) / over, high));
+    high = std::min(high, std::max(*v + (limit - *v) / over, low));
+  }
+  const double hardest = kBurst * model->max_acceleration()[joint] * options.period;
+  low = std::min(std::max(low, now - hardest), now + hardest);
+  high = std::max(std::min(high, now + hardest), now - hardest);
+}
+
 void ConstrainedVelocity::Impl::SetBounds(const Eigen::VectorXd* v) {
   const bool measured = v != nullptr && v->size() == n && v->allFinite();
   for (int i = 0; i < n; ++i) {
@@ -156,21 +181,21 @@ void ConstrainedVelocity::Impl::SetBounds(const Eigen::VectorXd* v) {
     // A joint beyond its limit comes back slowly.
     lower[i] = std::min(lower[i], std::min(options.escape_speed, most));
     upper[i] = std::max(upper[i], -std::min(options.escape_speed, most));
-    // No change is asked for that the servo overshoots the limit with, or that the joint has no acceleration for.
-    if (measured) {
-      const double least = kWithinLimit * model->max_velocity()[i], now = (*v)[i];
-      const double over = 1 + options.servo_overshoot;
-      lower[i] = std::max(lower[i], std::min(now - (now + least) / over, upper[i]));
-      upper[i] = std::min(upper[i], std::max(now + (least - now) / over, lower[i]));
-    }
-    const double hardest = options.ramp > 0 ? model->max_acceleration()[i] * options.period : 1e3;
-    lower[i] = std::min(std::max(lower[i], qdot[i] - hardest), qdot[i] + hardest);
-    upper[i] = std::max(std::min(upper[i], qdot[i] + hardest), qdot[i] - hardest);
+    if (options.ramp > 0) LimitChange(i, measured ? &(*v)[i] : nullptr);
     // Limits come first: where the last velocity is beyond them, all of the change is allowed.
     const double change = options.ramp > 0 ? model->max_velocity()[i] * options.period / options.ramp : 1e3;
     smooth_lower[i] = std::clamp(qdot[i] - change, lower[i], upper[i]);
     smooth_upper[i] = std::clamp(qdot[i] + change, lower[i], upper[i]);
   }
+}
+
+void ConstrainedVelocity::Impl::NoteChange() {
+  const double left = std::exp(-kForget * options.period);
+  for (int i = 0; i < n; ++i) {
+    rise[i] = left * rise[i] + std::max(0.0, qdot[i] - last_qdot[i]);
+    fall[i] = left * fall[i] + std::max(0.0, last_qdot[i] - qdot[i]);
+  }
+  last_qdot = qdot;
 }
 
 // As fast as the joints can stop: a servo that is asked to stand at once overshoots.
@@ -302,6 +327,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   s.H.diagonal().array() += 2 * s.options.damping;
   s.SetBounds(input.v);
   s.Solve();
+  s.NoteChange();
   return s.qdot;
 }
 

@@ -34,6 +34,8 @@ struct ConstrainedVelocity::Impl {
   /// Leads joints away from their limits in the null space of the goal, whose rows alone are in H.
   void AddRedundancy();
   void SetBounds(const Eigen::VectorXd* v);
+  void LimitChange(int joint, const double* v);
+  void NoteChange();
   void Solve();
   /// Where no velocity keeps all rows and bounds.
   void SolveConflict();
@@ -86,7 +88,9 @@ struct ConstrainedVelocity::Impl {
   Eigen::MatrixXd H;
   Eigen::VectorXd g, lower, upper;
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
-  Eigen::VectorXd qdot;
+  Eigen::VectorXd qdot, last_qdot;
+  Eigen::VectorXd rise,
+      fall;  ///< What velocities have risen, and fallen, lately: the servo overshoots by a share of it.
   Eigen::MatrixXd free_matrix;
   Eigen::VectorXd free_velocity;
   Eigen::LLT<Eigen::MatrixXd> free_factor;

@@ -17,9 +17,11 @@
 #include "tether/evaluation/replanning.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
+#include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/robot/kinematics.h"
 #include "tether/sim/renderer.h"
+#include "tether/sim/sensor_model.h"
 #include "tether/sim/world.h"
 #include "tether/task/search/replanner.h"
 
@@ -41,6 +43,7 @@ class Run {
         world_(scene, scenario.models),
         runner_(MakeRunner(scenario, scene, task, plan, options)),
         margins_(scenario, scene, *runner_, period_),
+        sensors_(scenario.sensing, scene, scenario.models, options.seed),
         cost_(plan.cost),
         done_(options.events.size(), false) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
@@ -90,8 +93,11 @@ class Run {
                                                            const planning::Plan& plan,
                                                            const RunOptions& options) {
     const scenario::ExecutionSettings& settings = scenario.execution;
-    if (settings.controller == scenario::Controller::kConstrainedVelocity) {
+    const bool torques = settings.controller != scenario::Controller::kConstrainedVelocity;
+    const bool constrained = settings.controller == scenario::Controller::kConstrainedTorque;
+    if (!torques || (constrained && execution::NeedsObjectives(plan))) {
       execution::VelocityExecutiveOptions velocity = MakeVelocityOptions(scenario);
+      velocity.torques = torques;
       // The task outlives the run.
       const auto ways = std::make_shared<task::Replanner>(
           std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
@@ -177,7 +183,10 @@ class Run {
     world_.Truth(&truth_);
     history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
-    const robot::Commands& commands = runner_->Step(truth_, observations_);
+    const bool exact = sensors_.exact();
+    if (!exact) sensors_.Sense(truth_, observations_, &estimate_, &sensed_);
+    const robot::Commands& commands =
+        exact ? runner_->Step(truth_, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
       margins_.Observe(world_, truth_, observations_, commands, *runner_);
     }
@@ -360,12 +369,15 @@ class Run {
   sim::World world_;
   std::unique_ptr<execution::PlanRunner> runner_;
   RunMargins margins_;
+  sim::SensorModel sensors_;
   std::optional<TemporalJudge> temporal_judge_;
   int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;
   std::unique_ptr<sim::Renderer> renderer_;
   scene::WorldEstimate truth_;
   robot::Observations observations_;
+  scene::WorldEstimate estimate_;  ///< What sensors give of the truth, where they are not exact.
+  robot::Observations sensed_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
   std::vector<std::string> started_;  ///< Actions that started in this tick.
@@ -403,9 +415,17 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   const scenario::ExecutionSettings& settings = scenario.execution;
   execution::VelocityExecutiveOptions options;
   options.period = 1.0 / settings.rate;
+  options.constraints = scenario.control_constraints;
+  if (settings.controller != scenario::Controller::kConstrainedVelocity) {
+    control::OperationalSpaceGains& gains = options.torque.gains;
+    if (settings.gain) gains.position = gains.rotation = *settings.gain;
+    if (settings.damping) gains.position_damping = gains.rotation_damping = *settings.damping;
+    options.constraints = execution::TorqueConstraints(options.constraints, scenario.scene);
+    options.max_force = settings.max_force;
+    return options;
+  }
   if (settings.gain) options.controller.gain = *settings.gain;
   if (settings.damping) options.controller.damping = *settings.damping;
-  options.constraints = scenario.control_constraints;
   return options;
 }
 

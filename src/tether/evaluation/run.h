@@ -74,7 +74,7 @@ struct RunReport {
   bool ok() const { return status == RunStatus::kSuccess; }
 };
 
-/// The scenario's settings of the velocity executive.
+/// The scenario's settings of the executive that follows objectives, by velocities or by torques.
 execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario& scenario);
 
 /// Executes a plan in the simulation, starting from `scene`, and judges the scenario's goal from the

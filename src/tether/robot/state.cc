@@ -1,4 +1,5 @@
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include <mujoco/mujoco.h>
@@ -7,6 +8,12 @@
 #include "tether/robot/model_impl.h"
 
 namespace tether::robot {
+namespace {
+
+// Dry friction is made up for by this share, fully from about this joint speed on, rad/s.
+constexpr double kFrictionShare = 0.9, kFrictionSpeed = 0.02;
+
+}  // namespace
 
 struct State::Impl {
   explicit Impl(std::shared_ptr<const Model> shared, const Eigen::Vector3d& gravity_B)
@@ -29,6 +36,16 @@ struct State::Impl {
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  /// What damping, dry friction and springs of a joint take, Nm. The direction of dry friction is that of the
+  /// motion; at rest it is not known, and where it was fully made up for a joint would creep.
+  double Passive(int dof, double position, double velocity) const {
+    const int joint = own->dof_jntid[dof];
+    const int address = own->jnt_qposadr[joint];
+    return own->dof_damping[dof] * velocity +
+           kFrictionShare * own->dof_frictionloss[dof] * std::tanh(velocity / kFrictionSpeed) +
+           own->jnt_stiffness[joint] * (position - own->qpos_spring[address]);
+  }
 
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -74,7 +91,7 @@ void State::Set(const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   s.X_BH.p = Eigen::Map<const Eigen::Vector3d>(s.data->site_xpos + 3 * model.site_id);
   for (int i = 0; i < n; ++i) {
     const int a = model.dof_address[i];
-    s.bias[i] = s.full_bias[a];
+    s.bias[i] = s.full_bias[a] + s.Passive(a, q[i], v[i]);
     for (int j = 0; j < 6; ++j) s.J_BH(j, i) = s.full_J(j, a);
     for (int j = 0; j < n; ++j) s.M(j, i) = s.full_M(model.dof_address[j], a);
   }

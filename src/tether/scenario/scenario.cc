@@ -72,6 +72,7 @@ class ScenarioParser {
     if (const Value* planning = reader.Optional("planning")) ReadPlanning(*planning);
     if (const Value* execution = reader.Optional("execution")) ReadExecution(*execution);
     if (const Value* perturb = reader.Optional("perturb")) ReadPerturb(*perturb);
+    if (const Value* sensing = reader.Optional("sensing")) ReadSensing(*sensing);
     if (const Value* events = reader.Optional("events")) ReadEventList(*events);
     reader.Finish();
     const Value* within_reach = task == nullptr ? nullptr : task->Find("within_reach");
@@ -282,6 +283,28 @@ class ScenarioParser {
     if (const Value* timeout = reader.Optional("timeout")) {
       execution.timeout_s =
           ReadPositive(*timeout, "'timeout' of 'execution' (s)", diagnostics_, execution.timeout_s);
+    }
+    reader.Finish();
+  }
+
+  void ReadSensing(const Value& value) {
+    ObjectReader reader(value, "'sensing'", diagnostics_);
+    robot::Sensing& sensing = scenario_.sensing;
+    if (const Value* torques = reader.Optional("torques")) {
+      ObjectReader inner(*torques, "'torques' of 'sensing'", diagnostics_);
+      sensing.torque_noise = ReadBound(inner, "noise", 0, "a torque in Nm, zero or more");
+      sensing.torque_bias = ReadBound(inner, "bias", 0, "a torque in Nm, zero or more");
+      sensing.mass_error = ReadBound(inner, "mass_error", 0, "a share, 0 to 1", 1);
+      sensing.torque_delay = ReadBound(inner, "delay", 0, "a time in s, up to 1", 1);
+      inner.Finish();
+    }
+    if (const Value* poses = reader.Optional("poses")) {
+      ObjectReader inner(*poses, "'poses' of 'sensing'", diagnostics_);
+      sensing.pose_noise = ReadBound(inner, "noise", 0, "a distance in m", kGreatestLength);
+      sensing.angle_noise = ReadBound(inner, "angle_noise", 0, "an angle in rad");
+      sensing.pose_rate = ReadBound(inner, "rate", 0, "measurements per second; 0: in every tick");
+      sensing.pose_delay = ReadBound(inner, "delay", 0, "a time in s, up to 10", 10);
+      inner.Finish();
     }
     reader.Finish();
   }

@@ -12,6 +12,7 @@
 #include "tether/nlp/solver.h"
 #include "tether/planning/plan/problem.h"
 #include "tether/robot/model.h"
+#include "tether/robot/sensing.h"
 #include "tether/scenario/events.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/pddl/pddl.h"
@@ -111,6 +112,7 @@ struct Scenario {
   std::vector<control::ConstraintSpec> control_constraints;  ///< Of the velocity controller.
   PlanningSettings planning;
   ExecutionSettings execution;
+  robot::Sensing sensing;  ///< What sensors lack in a run.
   std::vector<Event> events;
   Perturbation perturb;
 };

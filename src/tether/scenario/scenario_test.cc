@@ -413,6 +413,36 @@ object:
                                HasSubstr("'move' of event needs one destination")));
 }
 
+TEST_F(ScenarioTest, AnArmMayBePushed) {
+  const std::string event = kSmall + "events:\n- when: {time: 1}\n  push: {robot: panda, torques: ";
+  const Scenario scenario = LoadScenario(Write("s.yaml", event + "[0, 5, 0, 0, 0, 0, 1], over: 0.3}\n"));
+  EXPECT_EQ(scenario.events[0].robot, "panda");
+  EXPECT_EQ(scenario.events[0].torques[1], 5);
+  EXPECT_EQ(scenario.events[0].Describe(), "push panda by (0, 5, 0, 0, 0, 0, 1) Nm over 0.3 s");
+  EXPECT_THAT(ErrorOf(event + "[0, 5], over: 0.3}\n"), HasSubstr("'torques' of event"));
+  EXPECT_THAT(
+      ErrorOf(kSmall + "events:\n- when: {time: 1}\n  push: {robot: pandra, torques: [1], over: 1}\n"),
+      HasSubstr("unknown robot 'pandra' in event"));
+}
+
+TEST_F(ScenarioTest, SensorsMayLackWhatIsSaid) {
+  const Scenario scenario = LoadScenario(
+      Write("s.yaml", kSmall + "sensing: {torques: {noise: 0.3, bias: 0.5, mass_error: 0.1, delay: 0.005}, "
+                               "poses: {noise: 0.003, angle_noise: 0.005, rate: 30, delay: 0.1}}\n"));
+  EXPECT_EQ(scenario.sensing.torque_noise, 0.3);
+  EXPECT_EQ(scenario.sensing.mass_error, 0.1);
+  EXPECT_EQ(scenario.sensing.pose_rate, 30);
+  EXPECT_FALSE(scenario.sensing.exact_poses());
+  EXPECT_THAT(ErrorOf(kSmall + "sensing: {torques: {noise: -1}}\n"), HasSubstr("'noise'"));
+  EXPECT_THAT(ErrorOf(kSmall + "sensing: {pose: {noise: 1}}\n"), HasSubstr("did you mean 'poses'?"));
+}
+
+TEST_F(ScenarioTest, JointLimitsThatLeaveNoRoomAreRefused) {
+  EXPECT_EQ(ErrorOf(kSmall + "constraints: [joint_limits: {margin: 1.4}]\n"), "");
+  EXPECT_THAT(ErrorOf(kSmall + "constraints: [joint_limits: {margin: 1.6}]\n"),
+              HasSubstr("'margin' of joint_limits is 1.6 rad, which leaves joint4 of 'panda' no room"));
+}
+
 TEST(SplitActionTest, TakesWhatIsAnAction) {
   EXPECT_EQ(SplitAction("f()"), std::vector<std::string>{"f"});
   EXPECT_EQ(SplitAction("f(a, b)"), (std::vector<std::string>{"f", "a", "b"}));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <variant>
 
 #include "tether/bench/campaigns/disturbance.h"
 #include "tether/common/text.h"
@@ -85,6 +86,11 @@ std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::ato
   for (const scenario::Event& event : drawn.events)
     events.Append((event.starts.empty() ? Fixed(event.time, 2) + " s" : event.starts) + ": " +
                   event.Describe());
+  if (drawn.obstacle) {
+    const auto& ball = std::get<geometry::Sphere>(drawn.obstacle->object.shape.parts.front().primitive);
+    const Eigen::VectorXd p = drawn.obstacle->object.X_ParentObject.p;
+    record.Set("obstacle", Value::Object().Set("radius", ball.radius).Set("from", p));
+  }
   options.events = std::move(drawn.events);
   record.Set("controller", ToString(scenario.execution.controller))
       .Set("disturbed", kinds)

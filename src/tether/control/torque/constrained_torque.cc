@@ -6,10 +6,26 @@
 
 #include "tether/common/error.h"
 #include "tether/control/torque/constrained_torque_impl.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::control {
 
+using Eigen::Vector3d;
 using math::Pose;
+
+namespace {
+
+// While a force, or a torque of a joint, of more than this is felt, nothing is learned of sensors and
+// payload, N and Nm.
+constexpr double kLearnBelow = 6, kLearnTorque = 1.2;
+
+LoadEstimatorOptions LoadOptions(const TorqueOptions& options) {
+  LoadEstimatorOptions load = options.load;
+  load.period = options.period;
+  return load;
+}
+
+}  // namespace
 
 void TorqueOptions::Validate() const {
   gains.Validate();
@@ -47,6 +63,7 @@ void TorqueOptions::Validate() const {
   require("contact.touch", contact.touch, true);
   require("contact.released", contact.released, false);
   require("contact.released_for", contact.released_for, true);
+  require("lead", lead, true);
   require("contact.retreat", contact.retreat, true);
   require("contact.yield", contact.yield, true);
   require("max_iterations", max_iterations, false);
@@ -65,6 +82,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
       bodies(model, objects),
       reserve(*model),
       watch(n, options.contact),
+      load(n, X_BW.R * Vector3d(0, 0, -robot::kGravity), LoadOptions(options)),
       M(n, n),
       Minv(n, n),
       J(6, n),
@@ -91,6 +109,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
                                   &upper,
                                   &work,
                                   &unexplained,
+                                  &thrown,
                                   &wanted,
                                   &goal_row,
                                   &qddot,
@@ -131,8 +150,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
       !state.bias().allFinite() || !state.J_BH().allFinite()) {
     return false;
   }
-  task_finite = std::isfinite(task.max_force) && std::isfinite(task.payload) &&
-                (task.hand == nullptr || IsFinite(*task.hand)) &&
+  task_finite = std::isfinite(task.max_force) && (task.hand == nullptr || IsFinite(*task.hand)) &&
                 (task.posture == nullptr || task.posture->allFinite());
   rows_finite = std::isfinite(input.opening);
   for (const MovingPose& object : input.objects) {
@@ -150,7 +168,8 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
     carried.noalias() = J.transpose() * task.hand->F_BH;
     hold += carried;
   } else {
-    carried.setZero();
+    carried.noalias() = J.transpose() * load.Holding(state.X_BH());
+    hold += carried;
   }
   kinematics.Set(state.q());
   motion.Set(kinematics, v);
@@ -168,8 +187,20 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
 
 void ConstrainedTorque::Impl::WatchContact(const TorqueInput& input, const TorqueTask& task) {
   if (input.external == nullptr) return;
-  unexplained = *input.external + carried;
-  watch.Update(candidates, num_candidates, unexplained, J, task.payload, task.max_force, options.period);
+  // Torques that a contact may be part of tell nothing of sensors and payload.
+  bool touches = watch.contact().active || watch.contact().force > kLearnBelow ||
+                 watch.felt().cwiseAbs().maxCoeff() > kLearnTorque;
+  for (int i = 0; i < num_candidates && !touches; ++i) {
+    const ContactCandidate& near = candidates[static_cast<size_t>(i)];
+    const int held = bodies.held() < 0 ? -1 : bodies.object(bodies.held());
+    touches = held < 0 || (near.a != held && near.b != held) || bodies.link(near.a) != n ||
+              bodies.link(near.b) != n;
+  }
+  load.Update(input.state, *input.external, touches);
+  unexplained = *input.external - load.sensor_error() + carried;
+  if (!load.settled()) unexplained.setZero();
+  watch.Update(candidates, num_candidates, unexplained, J, load.weight_error(), task.max_force,
+               options.period);
   flags.yielding = watch.contact().active;
 }
 
@@ -244,8 +275,14 @@ void ConstrainedTorque::Allow(std::span<const std::pair<int, int>> pairs) {
   AllowPairs(impl_->bodies, pairs, impl_->pairs);
 }
 
-void ConstrainedTorque::Hold(int object) { impl_->bodies.Hold(object); }
-void ConstrainedTorque::Release() { impl_->bodies.Release(); }
+void ConstrainedTorque::Hold(int object) {
+  impl_->bodies.Hold(object);
+  impl_->load.Carry(true);
+}
+void ConstrainedTorque::Release() {
+  impl_->bodies.Release();
+  impl_->load.Carry(false);
+}
 
 const Eigen::VectorXd& ConstrainedTorque::Compute(const TorqueInput& input, const TorqueTask& task) {
   Impl& s = *impl_;
@@ -282,10 +319,13 @@ void ConstrainedTorque::SetLast(const Eigen::VectorXd& torque) {
 void ConstrainedTorque::Restart() {
   impl_->started = false;
   impl_->watch.Reset();
+  impl_->load.Reset();
 }
 
 const TorqueFlags& ConstrainedTorque::flags() const { return impl_->flags; }
 const Contact& ConstrainedTorque::contact() const { return impl_->watch.contact(); }
+const Eigen::VectorXd& ConstrainedTorque::felt() const { return impl_->watch.felt(); }
+const LoadEstimator& ConstrainedTorque::load() const { return impl_->load; }
 const Eigen::VectorXd& ConstrainedTorque::acceleration() const { return impl_->qddot; }
 double ConstrainedTorque::error_m() const { return impl_->error_m; }
 double ConstrainedTorque::error_rad() const { return impl_->error_rad; }

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "tether/control/constrained_velocity.h"
+#include "tether/control/load_estimator.h"
 #include "tether/control/operational_space.h"
 #include "tether/control/torque/contact_watch.h"
 #include "tether/robot/model.h"
@@ -38,13 +39,17 @@ struct TorqueOptions {
   double limit_gap = 0.01;       ///< From the limits, for what the model does not know, rad.
   double return_speed = 0.1;     ///< At which joints come back from beyond a limit, rad/s.
   double self_distance = 0.005;  ///< Between parts of the arm, m.
-  double range = 0.25;      ///< Pairs further apart than their safe distance and this get no row, m; nor do
-                            ///< those that close in too slowly to matter.
-  double most_needed = 30;  ///< That a row asks for, m/s² or rad/s².
-  double brake_rate = 20;   ///< Of joint velocities, where the arm only brakes, 1/s.
+  double range = 0.25;  ///< Pairs further apart than their safe distance and this get no row, m; nor do
+                        ///< those that close in too slowly to matter.
+  /// That a row asks for, m/s² or rad/s²: what gets in the arm's way meanwhile is pressed with so much times
+  /// its mass.
+  double most_needed = 12;
+  double lead = 0.06;      ///< Moving objects are kept clear of by what they move in this time as well, s.
+  double brake_rate = 20;  ///< Of joint velocities, where the arm only brakes, 1/s.
   ContactOptions contact;
-  int max_iterations = 60;  ///< Of the QP …
-  int max_solves = 60;      ///< … and QPs where rows conflict. Beyond, the arm brakes.
+  LoadEstimatorOptions load;  ///< The period is the controller's.
+  int max_iterations = 60;    ///< Of the QP …
+  int max_solves = 60;        ///< … and QPs where rows conflict. Beyond, the arm brakes.
   /// Throws InputError naming every field that is not finite or out of bounds.
   void Validate() const;
 };
@@ -59,12 +64,12 @@ struct TorqueInput {
 
 /// What the arm is to do in a tick: lead the hand, functions of frames, both, or stand still.
 struct TorqueTask {
-  const HandTarget* hand = nullptr;          ///< Tracked with Paper A, eq. (30). Its F_BH is carried.
-  const Goal* goal = nullptr;                ///< Functions to bring to zero, at limited speeds.
+  const HandTarget* hand = nullptr;  ///< Tracked with Paper A, eq. (30). Its F_BH is carried; without,
+                                     ///< what load() says.
+  const Goal* goal = nullptr;        ///< Functions to bring to zero, at limited speeds.
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
-  double payload = 0;  ///< What is held weighs, N: contact forces are not known better than that.
-  const JointTarget* joints = nullptr;  ///< A path of the whole arm, in place of the posture.
+  const JointTarget* joints = nullptr;       ///< A path of the whole arm, in place of the posture.
 };
 
 /// What the last tick had to do besides following its task.
@@ -92,7 +97,8 @@ struct TorqueFlags {
 ///   min ‖J q̈ + J̇ q̇ − ẍ_goal‖² + ρ ‖q̈ − q̈_posture‖²_M   subject to
 ///     |τ| ≤ τ_max,  |τ − τ_last| ≤ τ̇_max T,  τ = M q̈ + h,
 ///     q̈ such that each joint can still brake before its limits, with the torque and the torque rate that are
-///     there (joint_braking.h), and stays below its greatest velocity, acceleration and jerk,
+///     there (joint_braking.h), and stays below its greatest velocity, acceleration and jerk, whatever pushes
+///     the arm meanwhile (as felt in τ_ext),
 ///     d̈ ≥ −(k + κ) ḋ − k κ (d − d_safe)  for each constraint (a barrier of second order), and such that its
 ///     approach can still be braked before d_safe, with the torque and the torque rate that are there,
 ///
@@ -135,6 +141,10 @@ class ConstrainedTorque {
 
   const TorqueFlags& flags() const;
   const Contact& contact() const;
+  /// n, Nm: external torques that are neither payload nor errors of sensors, filtered.
+  const Eigen::VectorXd& felt() const;
+  /// What the hand carries, told from the external torques, and by what they are off.
+  const LoadEstimator& load() const;
   /// The accelerations that the last torques are for, n, rad/s².
   const Eigen::VectorXd& acceleration() const;
   /// The goal's functions at the last tick: the largest norm in m and in rad.

@@ -91,6 +91,7 @@ struct ConstrainedTorque::Impl {
   ArmBodies bodies;
   BrakingReserve reserve;
   ContactWatch watch;
+  LoadEstimator load;
   std::vector<std::string> names;
   std::vector<ClearancePair> pairs;
   std::vector<FieldConstraint> fields;
@@ -125,6 +126,7 @@ struct ConstrainedTorque::Impl {
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.
   Eigen::VectorXd work, unexplained;
+  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s².
 
   FunctionRows function_rows;
   Eigen::VectorXd wanted, goal_row;

@@ -47,6 +47,8 @@ class ContactWatch {
   void Update(const std::vector<ContactCandidate>& candidates, int count, const Eigen::VectorXd& unexplained,
               const Eigen::MatrixXd& J_BH, double tolerance, double allowed_force, double period);
   const Contact& contact() const { return contact_; }
+  /// n, Nm: the unexplained torques, filtered.
+  const Eigen::VectorXd& felt() const { return filtered_; }
   /// The candidate that the force was told from in the last update; −1: the hand.
   int candidate() const { return candidate_; }
   /// n: the derivative in q of the distance at the contact, m/rad.

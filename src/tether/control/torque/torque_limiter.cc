@@ -9,6 +9,8 @@ namespace {
 
 // Bounds that no torques reach are set this far within what they reach, as a share.
 constexpr double kWithin = 0.999;
+// Too high a speed is taken back with up to so many times the acceleration that a joint is to have.
+constexpr double kHarder = 4;
 // What is beyond a bound by less is on it, rad/s².
 constexpr double kRounding = 1e-6;
 
@@ -22,14 +24,14 @@ TorqueLimiter::TorqueLimiter(std::shared_ptr<const robot::Model> model, const Li
       solver_(model_->dof(), 0, model_->dof()),
       M_llt_(model_->dof()) {
   for (Eigen::VectorXd* vector :
-       {&last_, &out_, &hold_, &lower_, &upper_, &a_, &a_lower_, &a_upper_, &most_, &sum_}) {
+       {&last_, &out_, &hold_, &lower_, &upper_, &a_, &a_lower_, &a_upper_, &most_, &pushed_}) {
     vector->setZero(model_->dof());
   }
   Minv_.setIdentity(model_->dof(), model_->dof());
 }
 
 const Eigen::VectorXd& TorqueLimiter::Limit(const robot::State& state, const Eigen::VectorXd& torque,
-                                            const Eigen::VectorXd* carried) {
+                                            const Eigen::VectorXd* carried, const Eigen::VectorXd* external) {
   flags_ = {};
   const int n = model_->dof();
   const bool known = state.q().allFinite() && state.v().allFinite() && state.M().allFinite() &&
@@ -57,17 +59,22 @@ const Eigen::VectorXd& TorqueLimiter::Limit(const robot::State& state, const Eig
     flags_.rate = flags_.rate || std::abs(in - last_[i]) > change * (1 + 1e-9);
     out_[i] = std::clamp(in, lower_[i], upper_[i]);
   }
-  if (known) LimitMotion(state);
+  if (known) LimitMotion(state, external);
   last_ = out_;
   return out_;
 }
 
-void TorqueLimiter::LimitMotion(const robot::State& state) {
+void TorqueLimiter::LimitMotion(const robot::State& state, const Eigen::VectorXd* external) {
   const int n = model_->dof();
   M_llt_.compute(state.M());
   if (M_llt_.info() != Eigen::Success) return;
   a_ = out_ - hold_;
   M_llt_.solveInPlace(a_);
+  pushed_.setZero();
+  if (external != nullptr && external->size() == n && external->allFinite()) {
+    pushed_ = *external;
+    M_llt_.solveInPlace(pushed_);
+  }
   reserve_.Set(state.M(), hold_, options_.torque_share, options_.rate_share);
   bool within = true;
   for (int i = 0; i < n; ++i) {
@@ -75,14 +82,23 @@ void TorqueLimiter::LimitMotion(const robot::State& state) {
     const double hardest = model_->max_acceleration()[i];
     const double fastest = options_.velocity_share * model_->max_velocity()[i];
     const Braking braking = reserve_.of(i);
-    const auto most = [&](double room, double speed) {
-      const double to_keep = MostAccelerationToKeepSpeed(fastest - speed, hardest, options_.period, braking);
-      return MostAccelerationToStop(room - options_.limit_gap, speed, std::min(hardest, to_keep), hardest,
-                                    options_.return_speed, options_.period, braking);
+    const auto most = [&](double room, double speed, double pushed) {
+      pushed = std::max(0.0, pushed);
+      const double to_keep = std::min(
+          hardest,
+          MostAccelerationToKeepSpeed(fastest - speed, kHarder * hardest, options_.period, braking) - pushed);
+      const double to_stop = MostAccelerationToStop(room - options_.limit_gap, speed, hardest, hardest,
+                                                    options_.return_speed, options_.period, braking);
+      return std::min(to_keep, to_stop < hardest ? to_stop - pushed : to_stop);
     };
-    a_upper_[i] = most(model_->upper()[i] - q, v);
-    a_lower_[i] = -most(q - model_->lower()[i], -v);
-    if (a_lower_[i] > a_upper_[i]) a_lower_[i] = a_upper_[i] = 0.5 * (a_lower_[i] + a_upper_[i]);
+    a_upper_[i] = most(model_->upper()[i] - q, v, pushed_[i]);
+    a_lower_[i] = -most(q - model_->lower()[i], -v, -pushed_[i]);
+    // What a limit needs may be harder than a motion is wanted to be.
+    if (a_lower_[i] > a_upper_[i]) {
+      const double middle = 0.5 * (a_lower_[i] + a_upper_[i]);
+      const bool up = a_lower_[i] >= hardest, down = a_upper_[i] <= -hardest;
+      a_lower_[i] = a_upper_[i] = up == down ? middle : up ? a_lower_[i] : a_upper_[i];
+    }
     within = within && a_[i] <= a_upper_[i] + kRounding && a_[i] >= a_lower_[i] - kRounding;
   }
   if (within) return;

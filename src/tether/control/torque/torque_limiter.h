@@ -39,21 +39,23 @@ class TorqueLimiter {
   TorqueLimiter(std::shared_ptr<const robot::Model> model, const LimiterOptions& options);
 
   /// `state` must be set to what was measured; `carried` are the torques that hold a payload, n, Nm, or null.
-  /// Counts the rate from the torques that hold the pose at the first call.
+  /// Counts the rate from the torques that hold the pose at the first call. `external`: torques by which
+  /// something pushes the arm, n, Nm, or null.
   const Eigen::VectorXd& Limit(const robot::State& state, const Eigen::VectorXd& torque,
-                               const Eigen::VectorXd* carried = nullptr);
+                               const Eigen::VectorXd* carried = nullptr,
+                               const Eigen::VectorXd* external = nullptr);
   const LimiterFlags& flags() const { return flags_; }
   void Restart() { started_ = false; }
 
  private:
-  void LimitMotion(const robot::State& state);
+  void LimitMotion(const robot::State& state, const Eigen::VectorXd* external);
 
   std::shared_ptr<const robot::Model> model_;
   LimiterOptions options_;
   BrakingReserve reserve_;
   qp::Problem problem_;
   qp::Solver solver_;
-  Eigen::VectorXd last_, out_, hold_, lower_, upper_, a_, a_lower_, a_upper_, most_, sum_;
+  Eigen::VectorXd last_, out_, hold_, lower_, upper_, a_, a_lower_, a_upper_, most_, pushed_;
   Eigen::MatrixXd Minv_;
   Eigen::LLT<Eigen::MatrixXd> M_llt_;
   LimiterFlags flags_;

@@ -22,7 +22,10 @@ constexpr double kSingular = 0.06;
 constexpr double kSingularPush = 6;
 // Backing off counts this much more than braking the joints, per kg.
 constexpr double kBrakeWeight = 0.02;
-constexpr double kRetreatRate = 40;  // 1/s
+constexpr double kRetreatRate = 40;      // 1/s
+constexpr double kFastestRetreat = 0.2;  // m/s
+constexpr double kUnexplained = 0.3;     // of the torques' square
+constexpr double kHoldRate = 40;         // 1/s
 
 }  // namespace
 
@@ -141,8 +144,14 @@ void ConstrainedTorque::Impl::AddBrake(double weight, double rate) {
 
 void ConstrainedTorque::Impl::AddRetreat() {
   const Contact& contact = watch.contact();
-  const double speed = options.contact.retreat + options.contact.yield * contact.force;
+  const double speed =
+      std::min(kFastestRetreat, options.contact.retreat + options.contact.yield * contact.force);
   goal_row = watch.slope();
+  // A push somewhere on the arm, which no force on the hand explains, has no normal to back off along: the
+  // arm holds against it.
+  const double felt = watch.felt().squaredNorm(), length = goal_row.squaredNorm();
+  const double explained = length > 0 ? std::pow(goal_row.dot(watch.felt()), 2) / length : 0;
+  if (watch.candidate() < 0 && felt - explained > kUnexplained * felt) return AddBrake(1, kHoldRate);
   double rate = goal_row.dot(v), bias = 0;
   if (watch.candidate() >= 0) {
     const Row& row = rows[static_cast<size_t>(candidates[static_cast<size_t>(watch.candidate())].row)];

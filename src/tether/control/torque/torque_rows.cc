@@ -27,6 +27,9 @@ constexpr double kStill = 0.04;
 constexpr double kReact = 0.1;
 constexpr double kStop = 1.5;
 
+// What moves faster is not led further, m/s.
+constexpr double kFastest = 0.5;
+
 double Matters(double speed) {
   speed = std::max(0.0, speed);
   return kStill + kReact * speed + speed * speed / (2 * kStop);
@@ -102,10 +105,12 @@ void ConstrainedTorque::Impl::AddPairRows() {
   for (const ClearancePair& pair : pairs) {
     if (!IsPresent(bodies, n, pair)) continue;
     const double speed = body_speed[static_cast<size_t>(pair.a)] + body_speed[static_cast<size_t>(pair.b)];
+    const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
+    const double moves = link_b == 0 ? std::min(kFastest, body_speed[static_cast<size_t>(pair.b)]) : 0;
+    const double lead = options.lead * moves;
     const double near = pair.allowed
                             ? options.contact.touch
-                            : pair.distance + options.buffer + std::min(options.range, Matters(speed));
-    const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
+                            : pair.distance + options.buffer + lead + std::min(options.range, Matters(speed));
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
       for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
         if (ArmBodies::LowerBound(*a, *b) > near) continue;
@@ -122,8 +127,8 @@ void ConstrainedTorque::Impl::AddPairRows() {
         }
         Row row;
         row.constraint = pair.constraint;
-        row.buffer = options.buffer;
-        row.value = d.distance - pair.distance - options.buffer;
+        row.buffer = options.buffer + lead;
+        row.value = d.distance - pair.distance - row.buffer;
         row.rate = d.n_W.dot(of_b.v - of_a.v);
         if (!pair.allowed && row.value > Matters(-row.rate) && d.distance > options.contact.touch) continue;
         row.needed = NeededNear(row.value, row.rate);

@@ -15,6 +15,8 @@ constexpr double kReached = 1e-6;
 constexpr double kNothing = 1e-3;
 // What is violated by less is at its limit, m or rad.
 constexpr double kRounding = 5e-4;
+// Too high a speed is taken back with up to so many times the acceleration that a joint is to have.
+constexpr double kHarder = 4;
 // A row is at its bound within this, m/s² or rad/s².
 constexpr double kBinding = 1e-6;
 // No joint accelerates more, rad/s²: keeps the conflict's problem bounded.
@@ -39,13 +41,14 @@ void ConstrainedTorque::Impl::SetTorqueBox() {
 void ConstrainedTorque::Impl::SetJointBounds() {
   const double dt = options.period;
   reserve.Set(M, hold, options.torque_share, options.rate_share);
+  // What pushes the arm towards a limit adds to its accelerations: the bounds are on their sum.
+  thrown.noalias() = Minv * watch.felt();
   for (int i = 0; i < n; ++i) {
     const double q = kinematics.q()[i];
     const double hardest = model->max_acceleration()[i];
     const Braking braking = reserve.of(i);
     const double fastest = options.velocity_share * model->max_velocity()[i];
-    velocity_upper[i] = std::min(hardest, MostAccelerationToKeepSpeed(fastest - v[i], hardest, dt, braking));
-    velocity_lower[i] = -std::min(hardest, MostAccelerationToKeepSpeed(fastest + v[i], hardest, dt, braking));
+    const double up = std::max(0.0, thrown[i]), down = std::max(0.0, -thrown[i]);
     // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
     const double range = model->upper()[i] - model->lower()[i];
     const double margin = std::min(options.joint_margin + options.limit_gap, 0.45 * range);
@@ -54,6 +57,20 @@ void ConstrainedTorque::Impl::SetJointBounds() {
         MostAccelerationToStop(above, v[i], hardest, hardest, options.return_speed, dt, braking);
     position_lower[i] =
         -MostAccelerationToStop(below, -v[i], hardest, hardest, options.return_speed, dt, braking);
+    if (position_upper[i] < hardest) position_upper[i] -= up;
+    if (position_lower[i] > -hardest) position_lower[i] += down;
+    // What a limit needs may be harder than a motion is wanted to be.
+    const double keep_up = MostAccelerationToKeepSpeed(fastest - v[i], kHarder * hardest, dt, braking) - up;
+    const double keep_down =
+        MostAccelerationToKeepSpeed(fastest + v[i], kHarder * hardest, dt, braking) - down;
+    velocity_upper[i] = std::min(keep_up, std::max({hardest, -keep_down, position_lower[i]}));
+    velocity_lower[i] = -std::min(keep_down, std::max({hardest, -keep_up, -position_upper[i]}));
+    // No more is asked for than the joint's own torque can do: else all the others are thrown about for it.
+    const double own = kWithin * Minv(i, i) * half[i];
+    for (Eigen::VectorXd* bound : {&velocity_upper, &position_upper})
+      (*bound)[i] = std::max((*bound)[i], middle[i] - own);
+    for (Eigen::VectorXd* bound : {&velocity_lower, &position_lower})
+      (*bound)[i] = std::min((*bound)[i], middle[i] + own);
     flags.outside = flags.outside || model->upper()[i] < q || q < model->lower()[i];
     lower[i] = std::max(velocity_lower[i], position_lower[i]);
     upper[i] = std::min(velocity_upper[i], position_upper[i]);
@@ -90,7 +107,8 @@ void ConstrainedTorque::Impl::ChooseRows() {
     const double spread = work.cwiseAbs().dot(half);
     const double least = centre - spread + row.bias;
     row.needed = std::min(std::max(row.needed, NeededToStop(row, A.data(), -least)), options.most_needed);
-    const double side = row.needed - row.bias;
+    // What pushes the arm towards what the row keeps it from is made up for.
+    const double side = row.needed - row.bias + std::max(0.0, -A.dot(thrown));
     if (side <= centre - spread) continue;
     // While there is room a row asks for no more than what all joints can give at once: to ask for all of the
     // torques would leave the other joints none.
@@ -187,6 +205,8 @@ void ConstrainedTorque::Impl::Brake() {
   for (int i = 0; i < n; ++i) {
     const double most = reserve.of(i).deceleration;
     qddot[i] = std::clamp(-options.brake_rate * v[i], -most, most);
+    qddot[i] =
+        std::max(std::min(qddot[i], velocity_upper[i]), std::min(velocity_lower[i], velocity_upper[i]));
   }
 }
 

@@ -15,8 +15,7 @@ control::ConstrainedVelocity Make(const execution::ControlScene& scene,
                                   const std::shared_ptr<const robot::Model>& model,
                                   const std::vector<control::ConstraintSpec>& constraints) {
   const control::ArmBodies bodies(model, scene.solids());
-  execution::BuiltConstraints built =
-      execution::BuildConstraints(constraints, scene, bodies, model->dof());
+  execution::BuiltConstraints built = execution::BuildConstraints(constraints, scene, bodies, model->dof());
   control::VelocityOptions options;
   options.field_gain = kRate;
   options.joint_gain = kRate;
@@ -24,12 +23,7 @@ control::ConstrainedVelocity Make(const execution::ControlScene& scene,
   options.velocity_share = kShare;
   options.ramp = 0;
   options.escape_speed = 1e-6;  // What is violated need not be left: it must not get worse.
-  return {model,
-          scene.X_WBase(),
-          scene.solids(),
-          std::move(built.clearances),
-          {},
-          options};
+  return {model, scene.X_WBase(), scene.solids(), std::move(built.clearances), {}, options};
 }
 
 }  // namespace

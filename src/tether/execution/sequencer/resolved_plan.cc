@@ -1,5 +1,6 @@
 #include "tether/execution/sequencer/resolved_plan.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -71,6 +72,16 @@ std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::str
     }
   }
   return std::nullopt;
+}
+
+bool NeedsObjectives(const planning::Plan& plan) {
+  return std::any_of(plan.steps.begin(), plan.steps.end(), [](const planning::PlanStep& step) {
+    return step.target_is_region ||
+           std::any_of(step.execute.begin(), step.execute.end(), [](const planning::Verb& verb) {
+             const auto* reach = std::get_if<planning::ReachVerb>(&verb);
+             return reach != nullptr && !reach->objective.empty();
+           });
+  });
 }
 
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan) {

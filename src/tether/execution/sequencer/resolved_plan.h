@@ -50,6 +50,10 @@ struct ResolvedPlan {
 /// A frame by name: a region, or a robot's base, is fixed to the object, if any, that it descends from.
 std::optional<AttachedFrame> FindFrame(const scene::Scene& scene, const std::string& name);
 
+/// Whether a plan has steps to regions, or reaches with objectives: they are for the servo that follows
+/// objectives.
+bool NeedsObjectives(const planning::Plan& plan);
+
 /// Looks up names. A step without verbs gets a reach. The steps' modes must be set. Throws InputError with
 /// everything that can't be executed.
 ResolvedPlan Resolve(const scene::Scene& scene, planning::Plan plan);

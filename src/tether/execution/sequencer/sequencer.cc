@@ -2,10 +2,17 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 #include <variant>
 
 namespace tether::execution {
+namespace {
+
+// Measurements of objects are no older than this, s.
+constexpr double kHandHistory = 0.3;
+
+}  // namespace
 
 Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& make_servo, Resolver resolve,
                      const SequencerOptions& options)
@@ -15,7 +22,8 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       resolve_(std::move(resolve)),
       options_(options),
       trackers_(s_.objects.size()),
-      invalid_(s_.objects.size(), false) {
+      invalid_(s_.objects.size(), false),
+      hands_(static_cast<size_t>(std::ceil(kHandHistory / options.period)) + 1) {
   servo_->Prepare(&commands_);
 }
 

@@ -88,11 +88,16 @@ class Sequencer : public PlanRunner {
   // sequencer_sensing.cc
   void Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen);
   void Track(ObjectId object, const math::Pose* measured, bool news);
+  bool IsFresh() const;
+  void FollowHeld(const scene::WorldEstimate& estimate, bool news);
 
   // sequencer_grasp.cc
   Progress Grip(const planning::GripperVerb& verb);
   void BeginGrip(const planning::GripperVerb& verb);
   Progress JudgeGrasp();
+  /// What fingers must close with so that an object of this mass (kg) does not slip, N at each pad.
+  double HoldingForce(ObjectId object, double mass) const;
+  void WatchGrip(double slip);
   Progress Wait(const planning::WaitVerb& verb);
   void Release();
   void WatchGrasp();
@@ -108,6 +113,15 @@ class Sequencer : public PlanRunner {
   IndexedVector<ObjectId, FrameTracker> trackers_;
   IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
+  struct TimedPose {
+    double time = -1;
+    math::Pose X_WH;
+  };
+  std::vector<TimedPose> hands_;  ///< Where the hand was in the last ticks, as a ring.
+  size_t next_hand_ = 0;
+  ObjectId followed_;         ///< The held object that X_HO_ is of …
+  math::Pose X_HO_;           ///< … which is how it lies in the hand, as far as measurements say …
+  double followed_time_ = 0;  ///< … of up to this time, s.
   bool sensed_ = false;
   bool started_ = false;
 
@@ -116,6 +130,8 @@ class Sequencer : public PlanRunner {
   double last_opening_ = 0;
   double quiet_since_ = 0;
   double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
+  double slipped_ = 0;      ///< So far, since it was grasped: the fingers have closed harder for it, m.
+  double told_force_ = 0;   ///< N
   double lost_since_ = -1;  ///< The grasp looks lost since then, s; −1: it does not.
   ObjectId held_before_;    ///< What the hand held when the present action began.
   int retry_count_ = 0;

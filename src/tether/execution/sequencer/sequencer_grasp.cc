@@ -4,10 +4,19 @@
 #include "tether/common/text.h"
 #include "tether/execution/observer/grasp_width.h"
 #include "tether/execution/sequencer/sequencer.h"
+#include "tether/robot/gravity.h"
+#include "tether/scene/friction.h"
 #include "tether/scene/region.h"
 
 namespace tether::execution {
 namespace {
+
+// Of the force that friction needs; for accelerations up to this, m/s².
+constexpr double kGripSafety = 1.5, kGripAcceleration = 2;
+constexpr double kLeastFriction = 0.1;
+// Each time that an object has slipped so much further, m, it is held so much harder; an increase by this is
+// told.
+constexpr double kSlipStep = 0.004, kMoreForce = 1.4, kTold = 1.2;
 
 // Why what was put into a region is not in it.
 std::string Misfit(const scene::RegionFit& fit) {
@@ -34,7 +43,11 @@ void Sequencer::BeginGrip(const planning::GripperVerb& verb) {
   quiet_since_ = s_.time;
   if (!verb.close_on.empty()) {
     s_.gripper.mode = robot::GripperCommand::Mode::kForce;
-    s_.gripper.force = std::min(verb.force, s_.model->gripper().max_force);
+    const ObjectId object = s_.recovering ? kNone : s_.current().close_on[s_.verb];
+    const double mass = object == kNone ? 0 : s_.object(object).mass.value_or(0);
+    s_.gripper.force =
+        std::min(std::max(verb.force, HoldingForce(object, mass)), s_.model->gripper().max_force);
+    slipped_ = told_force_ = 0;
   } else {
     s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
     s_.gripper.opening = servo_->WidestOpening();
@@ -97,6 +110,33 @@ Progress Sequencer::Wait(const planning::WaitVerb& verb) {
   return s_.time - verb_start_ >= seconds ? Progress::Done() : Progress::Running();
 }
 
+// Coulomb friction at two pads carries the weight and what accelerates it.
+double Sequencer::HoldingForce(ObjectId object, double mass) const {
+  if (object == kNone) return 0;
+  const double friction = scene::PairFriction(s_.object(object).friction,
+                                              s_.model->gripper().pad_friction);
+  return kGripSafety * mass * (robot::kGravity + kGripAcceleration) /
+         (2 * std::max(friction, kLeastFriction));
+}
+
+// The fingers close harder where what is held turns out to be heavier than it was said to be, and where it
+// begins to slip.
+void Sequencer::WatchGrip(double slip) {
+  if (s_.gripper.mode != robot::GripperCommand::Mode::kForce) return;
+  double force = std::max(s_.gripper.force, HoldingForce(s_.held, servo_->HeldMass()));
+  if (slip > slipped_ + kSlipStep) {
+    slipped_ = slip;
+    force *= kMoreForce;
+  }
+  force = std::min(force, s_.model->gripper().max_force);
+  if (force > kTold * s_.gripper.force && force > told_force_) {
+    s_.Record(EventKind::kSafety, "'" + s_.object_name(s_.held) + "' is held with " + Fixed(force, 0) +
+                                      " N: it is heavy, or begins to slip");
+    told_force_ = kTold * force;
+  }
+  s_.gripper.force = force;
+}
+
 void Sequencer::WatchGrasp() {
   if (s_.held == kNone) return;
   const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[s_.held].X);
@@ -106,6 +146,7 @@ void Sequencer::WatchGrasp() {
       options_.watches_width && s_.opening < std::max(options_.least_width, held_width_ - kWidthTolerance);
   if (!slipped && !empty) {
     lost_since_ = -1;
+    WatchGrip((X_HO.p - s_.X_HO_grasp.p).norm());
     return;
   }
   if (lost_since_ < 0) lost_since_ = s_.time;

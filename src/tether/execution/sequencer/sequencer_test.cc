@@ -131,6 +131,13 @@ TEST_F(SequencerTest, TriesAgainAsOftenAsAllowed) {
                                    "action_started", "stalled", "failed"));
   EXPECT_EQ(sequencer_->status().reason, "pick(box): it stalled");
   EXPECT_EQ(sequencer_->retries(), 2);
+  // find overspeed_out_of_reach: both retries were spent within 1.7 s, the last one 42 ms after it had begun.
+  double last = -1e9;
+  for (const Event& event : sequencer_->events()) {
+    if (event.kind != EventKind::kRetry && event.kind != EventKind::kFailed) continue;
+    EXPECT_GE(event.time - last, options_.retry_spacing - 1e-9) << event.text;
+    last = event.time;
+  }
 }
 
 TEST_F(SequencerTest, WhatSlipsAwayIsGraspedAgain) {

@@ -3,7 +3,6 @@
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
 #include "tether/geometry/distance/distance.h"
-#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
@@ -13,6 +12,11 @@ constexpr double kSameEvent = 1.0;
 // What is grasped touches what it is nearer to than this, m, and is clear of it from this on.
 constexpr double kTouching = 0.004;
 constexpr double kClear = 0.01;
+
+// A joint this near to its limit is at it, beside what the controller keeps, rad.
+constexpr double kAtLimit = 0.03;
+// A hand that is kept from its pose by less is not pressed on, N.
+constexpr double kPressed = 4;
 
 }  // namespace
 
@@ -93,12 +97,9 @@ double ReferenceServo::MaxForce() const {
 }
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
-  double payload = 0;
-  if (s_.held != kNone) payload = robot::kGravity * s_.object(s_.held).mass.value_or(0);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  command->torque =
-      servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, touching_,
-                       payload, MaxForce(), transit_.active() ? &joints : nullptr});
+  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held,
+                                     touching_, MaxForce(), transit_.active() ? &joints : nullptr});
   WatchServo();
 }
 
@@ -126,6 +127,35 @@ void ReferenceServo::WatchServo() {
     s_.Record(EventKind::kSafety, "a joint is beyond its limit; it comes back");
     limit_reported_ = true;
   }
+}
+
+std::string ReferenceServo::WhatHoldsUp() const {
+  std::string text;
+  const auto add = [&text](const std::string& reason) { text += (text.empty() ? ": " : "; ") + reason; };
+  if (servo_) {
+    const control::Contact& contact = servo_->controller().contact();
+    if (const std::string rows = servo_->DescribeBinding(); !rows.empty()) add("held up by " + rows);
+    if (contact.active) {
+      add("something presses on the arm with " + Fixed(contact.force, 0) + " N");
+    } else if (servo_->flags().force_limit) {
+      add("no more than " + Fixed(MaxForce(), 0) + " N are pressed with ('max_force')");
+    }
+  }
+  double kept = kAtLimit;
+  if (servo_) {
+    const control::TorqueOptions& options = servo_->controller().options();
+    kept += options.joint_margin + options.limit_gap;
+  }
+  for (int i = 0; i < s_.model->dof(); ++i) {
+    if (s_.q[i] > s_.model->lower()[i] + kept && s_.q[i] < s_.model->upper()[i] - kept) continue;
+    add(s_.model->joint_names()[static_cast<size_t>(i)] + " is at its limit");
+  }
+  const bool singular = servo_ ? servo_->flags().singular : controller_.flags().singular;
+  if (singular) add("the arm is stretched or folded so far that the hand hardly moves (singular)");
+  if (!text.empty()) return text;
+  const double force = HandWrench(state_, s_.tau_external).head<3>().norm();
+  if (s_.held == kNone && force > kPressed) add("something presses on the hand with " + Fixed(force, 0) + " N");
+  return text;
 }
 
 }  // namespace tether::execution

@@ -89,6 +89,7 @@ class ReferenceServo final : public Servo {
   void BeginVerb() override;
   void Rest(bool first) override;
   double WidestOpening() override { return s_.model->gripper().max_opening; }
+  double HeldMass() const override { return servo_ ? servo_->HeldMass() : 0; }
   void HeldChanged() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;

@@ -37,6 +37,8 @@ class Servo {
   virtual void Rest(bool first) = 0;
   /// How wide the hand opens here, m.
   virtual double WidestOpening() = 0;
+  /// What is held weighs, as far as the joints' torques tell, kg; 0: not known.
+  virtual double HeldMass() const { return 0; }
   /// The situation says that an object is held, or that nothing is.
   virtual void HeldChanged() = 0;
   /// What was being done ends here: the step was given up, or the run has ended.

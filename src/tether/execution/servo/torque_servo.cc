@@ -3,12 +3,24 @@
 #include <algorithm>
 
 #include "tether/common/text.h"
+#include "tether/robot/gravity.h"
 
 namespace tether::execution {
 namespace {
 
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
+// A mass that is known to this, kg, or to this share, counts.
+constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
+
+Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity);
+}
+
+control::TorqueOptions WithMargin(control::TorqueOptions options, double margin) {
+  options.joint_margin = std::max(options.joint_margin, margin);
+  return options;
+}
 
 }  // namespace
 
@@ -79,14 +91,19 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   task.hand = &tick.target;
   task.posture = &tick.posture;
   task.max_force = tick.max_force;
-  task.payload = tick.payload;
   task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
-  const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_);
+  const Eigen::VectorXd& torque = limiter_.Limit(tick.state, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);
   return torque;
+}
+
+double TorqueServo::HeldMass() const {
+  const control::LoadEstimator& load = controller_.load();
+  const double known_to = std::max(kKnownMass, kKnownShare * load.mass());
+  return load.carries() && load.weight_error() < known_to * robot::kGravity ? load.mass() : 0;
 }
 
 std::string TorqueServo::NameOf(int body) const {
@@ -116,6 +133,39 @@ std::string TorqueServo::DescribeContact() const {
   const char* why = contact.intended ? ", more than is allowed" : ", which no step intends";
   return what + " presses on " + NameOf(contact.a < 0 ? -1 : contact.b) + " with about " +
          Fixed(contact.force, 0) + " N" + why + "; the arm backs off";
+}
+
+TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene,
+                         BuiltConstraints built, control::TorqueOptions options)
+    : state_(model, GravityIn(scene.X_WBase())),
+      controller_(model, scene.X_WBase(), scene.solids(), std::move(built.clearances),
+                  std::move(built.fields), WithMargin(options, built.joint_margin)),
+      limiter_(model, {.period = options.period}),
+      carried_(Eigen::VectorXd::Zero(model->dof())) {
+  stay_.posture = model->home();
+}
+
+const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const control::Goal* goal,
+                                            double max_force) {
+  state_.Set(situation.q, situation.v);
+  if (goal != nullptr) {
+    stays_ = false;
+  } else {
+    if (!stays_ && situation.q.allFinite()) {
+      stays_ = true;
+      stay_.posture = situation.q;
+    }
+    goal = &stay_;
+  }
+  control::TorqueTask task;
+  task.goal = goal;
+  task.max_force = max_force;
+  const Eigen::VectorXd& wanted =
+      controller_.Compute({state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);
+  carried_.noalias() = state_.J_BH().transpose() * controller_.load().Holding(state_.X_BH());
+  const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_, &controller_.felt());
+  controller_.SetLast(torque);
+  return torque;
 }
 
 }  // namespace tether::execution

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
 #include "tether/execution/sequencer/constraint_builder.h"
+#include "tether/execution/servo/situation.h"
 #include "tether/robot/interface.h"
 #include "tether/scene/scene.h"
 
@@ -21,7 +23,7 @@ struct TorqueServoOptions {
   /// A scenario's. Without a `clearance` among them, links, hand and what is held keep clear of everything
   /// that no step intends to touch.
   std::vector<control::ConstraintSpec> constraints;
-  double max_force = 40;  ///< That the arm presses with, N.
+  double max_force = 40;          ///< That the arm presses with, N.
   Location max_force_where = {};  ///< Where a file says so.
 };
 
@@ -44,7 +46,6 @@ struct TorqueServoTick {
   const Eigen::VectorXd& posture;     ///< n, rad
   ObjectId held;                      ///< In the hand; not valid: nothing is.
   const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
-  double payload = 0;                 ///< What is held weighs, N.
   double max_force = 40;              ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
 };
@@ -58,6 +59,11 @@ class TorqueServo {
 
   const Eigen::VectorXd& Compute(const TorqueServoTick& tick);
 
+  /// The force and moment at the hand's origin that hold what it carries, base frame, N and Nm: told from the
+  /// external torques.
+  math::Vector6d Holding(const math::Pose& X_BH) const { return controller_.load().Holding(X_BH); }
+  /// kg; 0 while it is not known to a tenth, or to 50 g.
+  double HeldMass() const;
   const control::TorqueFlags& flags() const { return controller_.flags(); }
   const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
   const control::ConstrainedTorque& controller() const { return controller_; }
@@ -79,6 +85,34 @@ class TorqueServo {
   std::vector<Touch> allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;
   ObjectId held_;
+  Eigen::VectorXd carried_;
+};
+
+/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
+/// allocates nothing.
+class TorqueDrive {
+ public:
+  TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,
+              control::TorqueOptions options);
+
+  void SetExtraFields(std::vector<control::FieldConstraint> fields) {
+    controller_.SetExtraFields(std::move(fields));
+  }
+  void Allow(std::span<const std::pair<int, int>> pairs) { controller_.Allow(pairs); }
+  void Hold(int object) { controller_.Hold(object); }
+  void Release() { controller_.Release(); }
+
+  /// Torques that lead towards the goal (null: the arm stays where it is) and press with no more than
+  /// `max_force`, N.
+  const Eigen::VectorXd& Compute(const Situation& situation, const control::Goal* goal, double max_force);
+  const control::ConstrainedTorque& controller() const { return controller_; }
+
+ private:
+  robot::State state_;
+  control::ConstrainedTorque controller_;
+  control::TorqueLimiter limiter_;
+  control::Goal stay_;
+  bool stays_ = false;
   Eigen::VectorXd carried_;
 };
 

@@ -170,7 +170,9 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   target.V_BH.tail<3>() = R_BW * V_WT.tail<3>() + R_BT * reference_.V_TR().tail<3>();
   target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
   target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
-  if (s_.held != kNone) {
+  if (servo_) {
+    target.F_BH = servo_->Holding(state_.X_BH());
+  } else if (s_.held != kNone) {
     const scene::Object& object = s_.object(s_.held);
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);

@@ -107,6 +107,7 @@ void VelocityServo::UpdateAllowed() {
     }
   }
   controller_.Allow(allowed_bodies_);
+  if (drive_) drive_->Allow(allowed_bodies_);
 }
 
 // The object's footprint is within the carrier's, seen along the carrier's level axes.

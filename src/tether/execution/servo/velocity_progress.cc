@@ -56,6 +56,7 @@ bool VelocityServo::TryDetour(std::string& why) {
   path_ = FindDetour(why);
   waypoint_ = 0;
   if (path_.empty()) return false;
+  if (drive_) drive_->SetExtraFields({});
   controller_.SetExtraFields({});  // the verb's own constraints begin anew at the end of the detour
   s_.Record(EventKind::kDetour,
             "a path of " + std::to_string(path_.size()) + " configurations leads round it");

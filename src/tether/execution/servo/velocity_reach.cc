@@ -190,6 +190,7 @@ void VelocityServo::EnterRegionReach(const planning::ReachVerb& reach, const sce
     }
   }
   verb_fields_ = fields;
+  if (drive_) drive_->SetExtraFields(fields);
   controller_.SetExtraFields(std::move(fields));
 }
 

@@ -29,7 +29,18 @@ VelocityServo::VelocityServo(Situation& situation,
       models_(models),
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
-      watch_(shared_.watch()) {}
+      watch_(shared_.watch()) {
+  if (options_.torques) MakeDrive();
+}
+
+void VelocityServo::MakeDrive() {
+  const control::ArmBodies bodies(s_.model, control_scene_.solids());
+  control::TorqueOptions torque = options_.torque;
+  torque.period = shared_.period;
+  drive_ = std::make_unique<TorqueDrive>(
+      s_.model, control_scene_,
+      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()), torque);
+}
 
 control::ConstrainedVelocity VelocityServo::MakeController() const {
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
@@ -75,6 +86,7 @@ void VelocityServo::BeginVerb() {
   goal_.reset();
   verb_fields_.clear();
   controller_.SetExtraFields({});
+  if (drive_) drive_->SetExtraFields({});
   clear_ = false;
 }
 
@@ -91,10 +103,12 @@ void VelocityServo::HeldChanged() {
   beneath_.clear();
   if (s_.held == kNone) {
     controller_.Release();
+    if (drive_) drive_->Release();
     UpdateAllowed();
     return;
   }
   controller_.Hold(s_.held.value());
+  if (drive_) drive_->Hold(s_.held.value());
   FindSupports();
   UpdateAllowed();
   FindBeneath();
@@ -133,20 +147,61 @@ void VelocityServo::WatchSafety() {
   }
 }
 
+void VelocityServo::WatchDrive() {
+  const control::ConstrainedTorque& controller = drive_->controller();
+  const control::TorqueFlags& flags = controller.flags();
+  if (flags.fault && !faulty_)
+    s_.Record(EventKind::kSafety, "what was measured is not finite; the arm is braked");
+  faulty_ = flags.fault;
+  const control::Contact& contact = controller.contact();
+  if (contact.began) {
+    const auto name = [&](int body) {
+      return body < 0 ? std::string("something that is not known")
+                      : "'" + controller.bodies().name(body) + "'";
+    };
+    s_.Record(EventKind::kSafety, (contact.a < 0 ? std::string("the hand") : name(contact.a)) +
+                                      " presses on " + name(contact.a < 0 ? -1 : contact.b) + " with about " +
+                                      Fixed(contact.force, 0) + " N; the arm backs off");
+  }
+  if (flags.braking && s_.time > relaxed_until_) {
+    s_.Record(EventKind::kSafety, "no torques were found that keep all constraints; the arm is braked");
+    relaxed_until_ = s_.time + kSameEvent;
+  }
+  if (flags.worst < 0 || !(flags.relaxed || flags.violated)) return;
+  double& until = flags.relaxed ? relaxed_until_ : escaping_until_;
+  if (s_.time > until) {
+    const std::string& what = controller.constraint_name(flags.worst);
+    s_.Record(EventKind::kSafety, flags.relaxed ? what + " is relaxed: constraints conflict"
+                                                : what + " is violated by " + Length(flags.violation));
+  }
+  until = s_.time + kSameEvent;
+}
+
 void VelocityServo::Prepare(robot::Commands* commands) const {
   for (const scene::Robot& robot : s_.scene.robots) {
     robot::Command& command = (*commands)[robot.name];
-    command.mode = robot::Command::Mode::kVelocity;
-    command.velocity = Eigen::VectorXd::Zero(models_.at(robot.name)->dof());
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(models_.at(robot.name)->dof());
+    const bool torques = options_.torques && robot.name == s_.robot;
+    command.mode = torques ? robot::Command::Mode::kTorque : robot::Command::Mode::kVelocity;
+    (torques ? command.torque : command.velocity) = zero;
     command.gripper.opening = models_.at(robot.name)->gripper().max_opening;
   }
 }
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
-  commands->find(s_.robot)->second.velocity = controller_.Compute(input, goal_ ? &*goal_ : nullptr);
+  const control::Goal* goal = goal_ ? &*goal_ : nullptr;
+  robot::Command& command = commands->find(s_.robot)->second;
+  const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();
-  WatchSafety();
+  if (!drive_) {
+    command.velocity = velocity;
+    return WatchSafety();
+  }
+  const double max_force =
+      s_.in_plan() ? s_.plan_step().max_force.value_or(options_.max_force) : options_.max_force;
+  command.torque = drive_->Compute(s_, goal, max_force);
+  WatchDrive();
 }
 
 const std::vector<control::FieldConstraint>& VelocityServo::verb_fields() const {

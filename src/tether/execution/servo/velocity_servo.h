@@ -11,13 +11,14 @@
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
 #include "tether/execution/servo/situation.h"
+#include "tether/execution/servo/torque_servo.h"
 #include "tether/execution/servo/velocity_servo_options.h"
 
 namespace tether::execution {
 
-/// Moves the arm by joint velocities under constraints (paper B, section 3.2): nothing is planned between
-/// key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects and limits are
-/// kept at every tick, for the links and for what is held.
+/// Moves the arm by joint velocities, or torques, under constraints (paper B, section 3.2): nothing is
+/// planned between key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects
+/// and limits are kept at every tick, for the links and for what is held.
 ///
 /// - Steps may have regions as targets: a reach then brings the control frame above the region, into it if it
 ///   is solid, or a held object onto its plane, within the point-cone if the verb asks for one.
@@ -60,9 +61,11 @@ class VelocityServo final : public Servo {
  private:
   // velocity_servo.cc
   control::ConstrainedVelocity MakeController() const;
+  void MakeDrive();
   void FindHandPose();
   void WatchSupports();
   void WatchSafety();
+  void WatchDrive();
 
   // velocity_contact.cc: what may be touched.
   void UpdateAllowed();
@@ -111,6 +114,7 @@ class VelocityServo final : public Servo {
   const std::map<std::string, std::shared_ptr<const robot::Model>> models_;
   ControlScene control_scene_;
   control::ConstrainedVelocity controller_;
+  std::unique_ptr<TorqueDrive> drive_;  ///< Where the arm is driven by torques.
   ProgressWatch watch_;
 
   bool placed_ = false;   ///< The controller has seen the arm.

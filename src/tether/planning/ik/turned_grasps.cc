@@ -19,8 +19,8 @@ constexpr double kWorth = 0.25;
 // The hand turns by no more than this from the key pose before to a grasp that is turned, rad.
 constexpr double kMostTurn = 2.4;
 
-bool IsGrasp(const BoundStep& step) {
-  return step.schema.control == constraints::kHand &&
+bool IsGrasp(const SceneFacts& facts, const BoundStep& step) {
+  return step.control == facts.hand() &&
          std::any_of(step.schema.execute.begin(), step.schema.execute.end(), [](const Verb& verb) {
            const auto* gripper = std::get_if<GripperVerb>(&verb);
            return gripper != nullptr && !gripper->close_on.empty();
@@ -51,10 +51,10 @@ void PreferTurnedGrasps(const SceneFacts& facts, const std::vector<BoundStep>& s
   static const math::Pose half_turn(math::ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi)),
                                     Eigen::Vector3d::Zero());
   for (size_t t = 0; t < steps.size() && lack > kWorth; ++t) {
-    if (!IsGrasp(steps[t])) continue;
+    if (!IsGrasp(facts, steps[t])) continue;
     const int step = static_cast<int>(t);
-    const Eigen::Matrix3d R_before = key_poses.tree.PoseAt(constraints::kHand, step - 1, poses).R;
-    const Eigen::Matrix3d R_turned = key_poses.tree.PoseAt(constraints::kHand, step, poses).R * half_turn.R;
+    const Eigen::Matrix3d R_before = key_poses.tree.PoseAt(facts.hand(), step - 1, poses).R;
+    const Eigen::Matrix3d R_turned = key_poses.tree.PoseAt(facts.hand(), step, poses).R * half_turn.R;
     if (math::AngleBetween(R_before, R_turned) > kMostTurn) continue;
     std::vector<IkSolution> before = key_poses.ik_solutions;
     nlp::Point turned;
