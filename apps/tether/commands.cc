@@ -239,6 +239,14 @@ void PrintJudgement(const evaluation::RunReport& report, const Terminal& termina
   }
 }
 
+/// Where the log goes, with what was read until now in it.
+evaluation::LogSettings LogOf(const RunArguments& arguments) {
+  evaluation::LogSettings settings;
+  settings.path = arguments.log;
+  if (!arguments.log.empty()) settings.files = evaluation::FilesOfThisRun();
+  return settings;
+}
+
 bool WorthPrinting(const std::string& kind) {
   return kind != "contact" && kind != "safety" && kind != "finished";
 }
@@ -307,8 +315,7 @@ int RunCommand(const RunArguments& arguments) {
   options.realtime = arguments.realtime;
   options.replan = arguments.mode != "servo";
   options.snapshots = arguments.snapshots;
-  options.log.path = arguments.log;
-  if (!arguments.log.empty()) options.log.files = evaluation::FilesOfThisRun();
+  options.log = LogOf(arguments);
   if (!arguments.overrides.goal.empty()) {
     const std::string& semantics = arguments.overrides.semantics;
     options.goal =
