@@ -160,11 +160,15 @@ const Eigen::VectorXd& OperationalSpaceController::Compute(const robot::State& s
   w.task.noalias() = state.J_BH().transpose() * force;
 
   w.ComputePosture(state, joints);
+  // All joints are told where to be: no need of the hand's inverse, which is lost near singularities.
+  if (joints != nullptr) w.task.noalias() = state.J_BH().transpose() * target.F_BH;
   // Dynamically consistent projection: what is left of the posture torque accelerates the joints but not the
   // hand.
-  const Vector6d hand_acceleration = w.MinvJt.transpose() * w.null;
-  const Vector6d hand_force = w.lambda * hand_acceleration;
-  w.null.noalias() -= state.J_BH().transpose() * hand_force;
+  if (joints == nullptr) {
+    const Vector6d hand_acceleration = w.MinvJt.transpose() * w.null;
+    const Vector6d hand_force = w.lambda * hand_acceleration;
+    w.null.noalias() -= state.J_BH().transpose() * hand_force;
+  }
   w.task += w.null;
 
   w.ComputeBrakes(state);
