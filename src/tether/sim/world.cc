@@ -12,6 +12,9 @@
 namespace tether::sim {
 namespace {
 
+// The share of a push in which it rises, and in which it falls.
+constexpr double kPushRamp = 1.0 / 6;
+
 std::vector<std::string> Names(const auto& entries) {
   std::vector<std::string> names;
   for (const auto& entry : entries) names.push_back(entry.name);
@@ -207,6 +210,19 @@ World::Touch World::Touching(const std::string& a, const std::string& b) const {
     touch.speed = std::max(touch.speed, (v + w.cross(at - centre)).dot(into));
   }
   return touch;
+}
+
+// Smooth ramps: nothing pushes at once with all its force.
+void World::Impl::ApplyPush(RobotEntry& robot) {
+  const double now = time();
+  robot.pushed.setZero(robot.model->dof());
+  if (robot.push.size() == 0 || now < robot.push_begin || now >= robot.push_end) return;
+  const double ramp = kPushRamp * (robot.push_end - robot.push_begin);
+  const double inside = std::min(now - robot.push_begin, robot.push_end - now);
+  robot.pushed = std::min(1.0, inside / ramp) * robot.push;
+  for (size_t i = 0; i < robot.dof.size(); ++i) {
+    data->qfrc_applied[robot.dof[i]] += robot.pushed[static_cast<Eigen::Index>(i)];
+  }
 }
 
 void World::PushArm(const std::string& robot, const Eigen::VectorXd& torques, double duration) {

@@ -21,8 +21,6 @@ constexpr double kServoStiffness = 2500;
 constexpr double kServoLeash = 0.05;
 // An arm without a command floats; this much damping, in Nm s/rad, keeps it from drifting.
 constexpr double kFloatDamping = 10;
-// The share of a push in which it rises, and in which it falls.
-constexpr double kPushRamp = 1.0 / 6;
 
 }  // namespace
 
@@ -72,19 +70,6 @@ void World::Impl::ApplyForces() {
       }
       data->qfrc_applied[robot.finger_dof[i]] = force;
     }
-  }
-}
-
-// Smooth ramps: nothing pushes at once with all its force.
-void World::Impl::ApplyPush(RobotEntry& robot) {
-  const double now = time();
-  robot.pushed.setZero(robot.model->dof());
-  if (robot.push.size() == 0 || now < robot.push_begin || now >= robot.push_end) return;
-  const double ramp = kPushRamp * (robot.push_end - robot.push_begin);
-  const double inside = std::min(now - robot.push_begin, robot.push_end - now);
-  robot.pushed = std::min(1.0, inside / ramp) * robot.push;
-  for (size_t i = 0; i < robot.dof.size(); ++i) {
-    data->qfrc_applied[robot.dof[i]] += robot.pushed[static_cast<Eigen::Index>(i)];
   }
 }
 

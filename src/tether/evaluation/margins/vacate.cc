@@ -54,7 +54,8 @@ void VacateMonitor::Allow(const execution::PlanRunner& runner) {
   std::vector<std::pair<int, int>> pairs;
   const auto numbers = [&](const std::string& name) {
     std::vector<int> list;
-    if (const ObjectId object = scene_.Find(name); object.valid()) list.push_back(bodies.object(object.value()));
+    if (const ObjectId object = scene_.Find(name); object.valid())
+      list.push_back(bodies.object(object.value()));
     for (int body = 0; name == "hand" && body <= bodies.hand(); ++body) {
       if (bodies.link(body) == model_->dof()) list.push_back(body);
     }

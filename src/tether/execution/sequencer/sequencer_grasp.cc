@@ -113,8 +113,7 @@ Progress Sequencer::Wait(const planning::WaitVerb& verb) {
 // Coulomb friction at two pads carries the weight and what accelerates it.
 double Sequencer::HoldingForce(ObjectId object, double mass) const {
   if (object == kNone) return 0;
-  const double friction = scene::PairFriction(s_.object(object).friction,
-                                              s_.model->gripper().pad_friction);
+  const double friction = scene::PairFriction(s_.object(object).friction, s_.model->gripper().pad_friction);
   return kGripSafety * mass * (robot::kGravity + kGripAcceleration) /
          (2 * std::max(friction, kLeastFriction));
 }

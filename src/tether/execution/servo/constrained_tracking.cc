@@ -98,8 +98,8 @@ double ReferenceServo::MaxForce() const {
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held,
-                                     touching_, MaxForce(), transit_.active() ? &joints : nullptr});
+  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
+                                     s_.held, touching_, MaxForce(), transit_.active() ? &joints : nullptr});
   WatchServo();
 }
 
@@ -154,7 +154,8 @@ std::string ReferenceServo::WhatHoldsUp() const {
   if (singular) add("the arm is stretched or folded so far that the hand hardly moves (singular)");
   if (!text.empty()) return text;
   const double force = HandWrench(state_, s_.tau_external).head<3>().norm();
-  if (s_.held == kNone && force > kPressed) add("something presses on the hand with " + Fixed(force, 0) + " N");
+  if (s_.held == kNone && force > kPressed)
+    add("something presses on the hand with " + Fixed(force, 0) + " N");
   return text;
 }
 

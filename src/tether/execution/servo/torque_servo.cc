@@ -160,8 +160,8 @@ const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const co
   control::TorqueTask task;
   task.goal = goal;
   task.max_force = max_force;
-  const Eigen::VectorXd& wanted =
-      controller_.Compute({state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);
+  const Eigen::VectorXd& wanted = controller_.Compute(
+      {state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);
   carried_.noalias() = state_.J_BH().transpose() * controller_.load().Holding(state_.X_BH());
   const Eigen::VectorXd& torque = limiter_.Limit(state_, wanted, &carried_, &controller_.felt());
   controller_.SetLast(torque);
