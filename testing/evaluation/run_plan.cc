@@ -23,6 +23,12 @@ std::string RunResult::Log() const {
   return log;
 }
 
+ExecutiveOptions DefaultOptions() {
+  ExecutiveOptions options;
+  options.constrained = true;
+  return options;
+}
+
 RunResult RunPlan(const scene::Scene& scene, const planning::Plan& plan, const Disturbance& disturb,
                   const ExecutiveOptions& options, double limit) {
   static const auto panda = robot::Model::Load("panda");

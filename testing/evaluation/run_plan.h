@@ -27,8 +27,11 @@ struct RunResult {
 /// Called before each tick.
 using Disturbance = std::function<void(sim::World&, const Executive&)>;
 
+/// What scenarios have by default: torques under constraints.
+ExecutiveOptions DefaultOptions();
+
 /// Runs the plan in physics until it ends or `limit` seconds have passed.
 RunResult RunPlan(const scene::Scene& scene, const planning::Plan& plan, const Disturbance& disturb = {},
-                  const ExecutiveOptions& options = {}, double limit = 120);
+                  const ExecutiveOptions& options = DefaultOptions(), double limit = 120);
 
 }  // namespace tether::execution

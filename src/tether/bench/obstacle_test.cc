@@ -76,10 +76,25 @@ TEST(ObstacleTest, ACrossingOneGoesStraightAtItsSpeed) {
   EXPECT_EQ(first->event.time, again->event.time);
 }
 
-TEST(ObstacleTest, ASceneWithoutRegionsHasNone) {
+// Where no regions say what has to stay possible, it keeps away from everything that stands there.
+TEST(ObstacleTest, ASceneWithoutRegionsHasOneToo) {
   const scenario::Scenario scenario = scenario::Shipped("stacking");
-  EXPECT_FALSE(scenario::DrawMovedObstacle(scenario, scenario.scene, 4, 1));
-  EXPECT_FALSE(scenario::DrawCrossingObstacle(scenario, scenario.scene, 4, 1));
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto ball = scenario::DrawCrossingObstacle(scenario, scenario.scene, 4, seed);
+    const auto post = scenario::DrawMovedObstacle(scenario, scenario.scene, 4, seed);
+    ASSERT_TRUE(ball || post) << seed;
+    for (const auto& obstacle : {ball, post}) {
+      if (!obstacle) continue;
+      for (const scene::Object& other : scenario.scene.objects) {
+        if (!other.movable()) continue;
+        EXPECT_GT(geometry::SignedDistance(obstacle->object.shape, obstacle->object.X_ParentObject,
+                                           other.shape, scenario.scene.InitialPose(other.name))
+                      .distance,
+                  0.01)
+            << seed << " " << other.name;
+      }
+    }
+  }
 }
 
 TEST(ObstacleTest, EveryClearanceKeepsAwayFromIt) {

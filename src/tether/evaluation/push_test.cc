@@ -89,7 +89,7 @@ TEST(PushSim, TheTurnOfARoundBodyMeansNothing) {
     scene.objects.push_back(MakeObject("can", geometry::Primitive(geometry::Cylinder{0.03, 0.06}),
                                        Pose(Eigen::Vector3d(0.9, 0, 0.03)), 0.1));
     scene.objects.push_back(MakeObject("hook", BoxHookShape(), Pose(Eigen::Vector3d(0.9, 0.3, 0.01))));
-    const Pose X_TableGoal(math::ExpSO3({0, 0, yaw}), Eigen::Vector3d(0.7, 0, 0.28));
+    const Pose X_TableGoal(math::ExpSO3({0, 0, yaw}), Eigen::Vector3d(0.2, 0, 0.28));
     const planning::Plan plan =
         PlanBuilder()
             .Pick("hook", TopGrasp({-0.195, 0.05, 0.0045}))

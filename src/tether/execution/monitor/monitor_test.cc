@@ -31,7 +31,7 @@ constexpr const char* kProblem = R"(
 (define (problem stack) (:domain blocks)
   (:objects table - support a b c - block)
   (:init (on a table) (on b table) (on c table))
-  (:goal (and (on a b) (painted a)))))
+  (:goal (and (on a b) (painted a))))
 )";
 
 class MonitorTest : public testing::Test {

@@ -8,7 +8,7 @@ namespace tether::execution {
 namespace {
 
 math::Pose Noisy(const math::Pose& X, Random& random) {
-  const auto draw = [&](double s) {
+  const auto draw = [&](double s) -> Eigen::Vector3d {
     return s * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
   };
   return {math::ExpSO3(draw(0.005)) * X.R, X.p + draw(0.003)};

@@ -89,11 +89,12 @@ class SequencerTest : public ::testing::Test {
     }
   }
 
-  /// The kinds of what happened but for the beginnings and ends of steps.
+  /// The kinds of what happened but for the beginnings and ends of steps, and what is gripped harder.
   std::vector<std::string> Story() const {
     std::vector<std::string> kinds;
     for (const Event& event : sequencer_->events()) {
-      if (event.kind != EventKind::kStepStarted && event.kind != EventKind::kStepFinished)
+      if (event.kind != EventKind::kStepStarted && event.kind != EventKind::kStepFinished &&
+          event.kind != EventKind::kSafety)
         kinds.emplace_back(ToString(event.kind));
     }
     return kinds;
@@ -146,10 +147,11 @@ TEST_F(SequencerTest, WhatSlipsAwayIsGraspedAgain) {
     if (sequencer_->step() == 0 && !sequencer_->held().empty()) reaches_.assign(2000, Progress::Running());
     Run(0.0005);
   }
+  // What jumps may be noise: how it lies in the hand is weighed over 0.3 s.
   estimate_.X_WO["box"].p.x() += 0.05;
   Run(0.04);
   EXPECT_EQ(sequencer_->held(), "box") << "not at once";
-  Run(0.02);
+  Run(0.4);
   EXPECT_EQ(sequencer_->held(), "");
   EXPECT_EQ(sequencer_->step(), 0) << "where it was grasped";
   X_WH_ = estimate_.X_WO["box"] * TopGrasp({0, 0, 0});

@@ -105,7 +105,7 @@ std::vector<BoundStep> SkeletonBinder::BindAction(const std::string& action, Dia
     std::vector<std::string> names;
     for (const ActionSchema& candidate : actions_) names.push_back(candidate.name);
     diagnostics.Add({}, "action '" + call.name + "' has no geometry",
-                    "the action libraries have " + JoinAlternatives(names));
+                    SuggestFrom(call.name, names));
     return steps;
   }
   std::vector<StepSchema> bound = planning::BindAction(*schema, call.arguments);
