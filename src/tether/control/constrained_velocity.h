@@ -97,8 +97,8 @@ struct VelocityInput {
 
 /// What happened in the last tick besides following the goal.
 struct VelocityFlags {
-  bool fault = false;  ///< The input or a row was not finite, or the problem has no solution: the arm stops, on
-                       ///< a ramp.
+  bool fault = false;  ///< The input or a row was not finite, or the problem has no solution: the arm stops,
+                       ///< on a ramp.
   bool relaxed = false;   ///< Rows conflicted; the largest violation was minimised.
   bool escaping = false;  ///< A constraint is violated; it is left at a bounded speed.
   int worst = -1;         ///< The constraint of the most violated row, for constraint_name().
@@ -112,9 +112,10 @@ struct VelocityFlags {
 /// with λ ‖q̇ − N q̇_p‖² in place of λ ‖q̇‖² while there is a goal: q̇_p leads joints away from their limits,
 /// N is the projector on what the goal leaves free, so that redundancy has an aim and costs the goal nothing;
 /// with d's own change where its obstacle moves, and bounds on q̇ from the joints' velocity, position (ERRATA
-/// B2) and acceleration limits, which always hold, whatever the robot's servo overshoots. Where the rows conflict, the largest violation is minimised level
-/// by level: priority 0 first, then 1, 2 … (see qp::HierarchySolver). Velocities change by no more than
-/// `ramp` allows, unless a row needs it: a servo that is asked for jumps overshoots.
+/// B2) and acceleration limits, which always hold, whatever the robot's servo overshoots. Where the rows
+/// conflict, the largest violation is minimised level by level: priority 0 first, then 1, 2 … (see
+/// qp::HierarchySolver). Velocities change by no more than `ramp` allows, unless a row needs it: a servo that
+/// is asked for jumps overshoots.
 ///
 /// A row is a pair of convex parts nearer than `range`, or a row of a FieldConstraint; its derivative is
 /// exact. Compute() allocates nothing, and is deterministic.

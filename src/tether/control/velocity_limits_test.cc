@@ -82,8 +82,7 @@ TEST_P(VelocityLimitsTest, ARowThatIsNotFiniteStopsTheArmInsteadOfBeingDropped) 
   robot::Kinematics kinematics(model);
   kinematics.Set(model->home());
   Goal goal;
-  goal.functions =
-      MakeObjective(Objective::kPosition, kinematics.X_BH() * Pose(Vector3d(0.1, 0.1, -0.1)));
+  goal.functions = MakeObjective(Objective::kPosition, kinematics.X_BH() * Pose(Vector3d(0.1, 0.1, -0.1)));
   double speed = 0;
   for (int i = 0; i < 30; ++i) speed = controller.Compute({model->home(), 0.04, {}}, &goal).norm();
   EXPECT_GT(speed, 0.05);

@@ -63,8 +63,8 @@ Trajectory TimePath(const std::vector<Eigen::VectorXd>& path, const JointLimits&
 
 /// What a trajectory must not ask for, beyond the limits of the joints.
 struct LoadLimits {
-  double torque_share = 0.8;    ///< Of each joint's greatest torque; the rest is the controller's.
-  double payload = 0;           ///< What is held weighs so much, kg …
+  double torque_share = 0.8;  ///< Of each joint's greatest torque; the rest is the controller's.
+  double payload = 0;         ///< What is held weighs so much, kg …
   Eigen::Vector3d p_HC = Eigen::Vector3d::Zero();  ///< … and has its centre of mass there, in the hand, m.
   double hand_acceleration = 8;                    ///< m/s²
   double hand_speed = 1.5;                         ///< m/s

@@ -32,27 +32,27 @@ struct TransitProblem {
   /// still free, with its ends replaced. Empty: none.
   std::vector<Eigen::VectorXd> known;
   uint64_t seed = 1;
-  int random_starts = 8;           ///< Of the search for IK solutions, besides those that suggest themselves.
-  int64_t max_checks = 400'000;    ///< As in PathProblem.
+  int random_starts = 8;         ///< Of the search for IK solutions, besides those that suggest themselves.
+  int64_t max_checks = 400'000;  ///< As in PathProblem.
 };
 
 struct Transit {
   PathStatus status = PathStatus::kGaveUp;
   std::vector<Eigen::VectorXd> path;  ///< From the start, straight in between; empty unless found.
   int goal = -1;                      ///< Into `goals`.
-  bool near = false;    ///< It leads to the branch of that goal's IK solution `near`.
-  Eigen::VectorXd end;  ///< n, rad: after the straight motions of that goal.
-  double clearance = 0;               ///< That the path keeps everywhere but where it leaves a touching start, m.
+  bool near = false;                  ///< It leads to the branch of that goal's IK solution `near`.
+  Eigen::VectorXd end;                ///< n, rad: after the straight motions of that goal.
+  double clearance = 0;  ///< That the path keeps everywhere but where it leaves a touching start, m.
   int64_t checks = 0;
-  std::string reason;  ///< Why there is none, in a sentence.
+  std::string reason;   ///< Why there is none, in a sentence.
   std::string blocker;  ///< What stands in the way, if one thing does: a name of the snapshot.
 
   bool found() const { return status == PathStatus::kFound; }
 };
 
-/// Finds IK solutions of the goals (several branches), prefers those near the start, far from joint limits and
-/// singularities, and searches a path to them, with rounded corners. A start that touches something by at most 2 cm is
-/// left first, so that what is touched gets no nearer. Deterministic; bounded by counted checks.
+/// Finds IK solutions of the goals (several branches), prefers those near the start, far from joint limits
+/// and singularities, and searches a path to them, with rounded corners. A start that touches something by at
+/// most 2 cm is left first, so that what is touched gets no nearer. Deterministic; bounded by counted checks.
 Transit FindTransit(const TransitProblem& problem);
 
 /// The least distance from anything along a path, m, at samples of 0.05 rad; `most` if it is more.

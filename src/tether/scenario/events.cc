@@ -112,7 +112,8 @@ class EventParser {
     if (const Value* robot = reader.Required("robot", "the robot whose arm is pushed")) {
       event.robot = ReadText(*robot, "'robot' of event", diagnostics_);
       std::vector<std::string> known;
-      for (const scene::Robot& one : names_.scene == nullptr ? std::vector<scene::Robot>{} : names_.scene->robots) {
+      for (const scene::Robot& one :
+           names_.scene == nullptr ? std::vector<scene::Robot>{} : names_.scene->robots) {
         known.push_back(one.name);
         if (one.name == event.robot) joints = static_cast<Eigen::Index>(one.q.size());
       }

@@ -11,7 +11,8 @@
 
 namespace tether::scenario {
 
-/// A disturbance of a run: an object is moved at finite speed, or an arm is pushed, when an action starts or at a time.
+/// A disturbance of a run: an object is moved at finite speed, or an arm is pushed, when an action starts or
+/// at a time.
 struct Event {
   std::string starts;  ///< "pick(box)", or empty: at `time`.
   double time = 0;     ///< s
@@ -20,10 +21,10 @@ struct Event {
   bool has_goal = false;  ///< Moves to `X_ParentGoal` in `parent` instead of by a displacement.
   std::string parent;
   math::Pose X_ParentGoal;
-  double over = 1;      ///< Duration, s.
-  std::string robot;    ///< Instead of moving an object: this arm is pushed …
+  double over = 1;          ///< Duration, s.
+  std::string robot;        ///< Instead of moving an object: this arm is pushed …
   Eigen::VectorXd torques;  ///< … with these joint torques, Nm.
-  bool steady = false;  ///< At one speed, rather than rising and falling smoothly.
+  bool steady = false;      ///< At one speed, rather than rising and falling smoothly.
 
   /// "move box by (0, 0.1, 0) over 1 s", "push panda by (0, 10, 0, 0, 0, 0, 0) Nm over 0.3 s".
   std::string Describe() const;

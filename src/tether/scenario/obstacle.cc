@@ -145,7 +145,8 @@ class Layout {
     double radius;
   };
 
-  /// Without regions that something carries: where movable objects stand, on what is beneath the most of them.
+  /// Without regions that something carries: where movable objects stand, on what is beneath the most of
+  /// them.
   void FindPlacesOfObjects() {
     places_.clear();
     size_t most = 0;

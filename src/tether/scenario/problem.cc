@@ -45,8 +45,7 @@ std::vector<planning::ActingRobot> MakeOtherRobots(const Scenario& scenario, con
     other.name = robot.name;
     other.model = scenario.models.at(robot.name);
     other.X_WBase = scene.InitialPose(robot.name);
-    other.q =
-        Eigen::Map<const Eigen::VectorXd>(robot.q.data(), static_cast<Eigen::Index>(robot.q.size()));
+    other.q = Eigen::Map<const Eigen::VectorXd>(robot.q.data(), static_cast<Eigen::Index>(robot.q.size()));
     others.push_back(std::move(other));
   }
   return others;

@@ -29,7 +29,7 @@ struct PlanningOverrides {
   std::optional<int> max_iterations;
   bool no_robot = false;
   bool no_motion = false;  ///< Key poses alone, without the arm's motions between them.
-  bool trace = false;  ///< Record every iteration.
+  bool trace = false;      ///< Record every iteration.
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -68,7 +68,8 @@ class World : public robot::Interface {
   /// Sum of the normal contact forces between two bodies (object names, or robot names), N; 0 without
   /// contact.
   double ContactForce(const std::string& a, const std::string& b) const;
-  /// All pairs with contact, of objects and robots, in the scene's order: forces as ContactForce() gives them.
+  /// All pairs with contact, of objects and robots, in the scene's order: forces as ContactForce() gives
+  /// them.
   std::vector<Contact> Contacts() const;
 
   /// The same contact with how fast `b` moves into `a` where they touch: the fastest of their contact points,

@@ -58,8 +58,8 @@ struct World::Impl {
     bool commanded = false;         ///< In the current period.
     bool follows_velocity = false;  ///< Its servo holds `reference`.
     robot::GripperCommand gripper;
-    Eigen::VectorXd push;  ///< Nm: what pushes the arm, at its full strength …
-    Eigen::VectorXd pushed;  ///< … and in the last step.
+    Eigen::VectorXd push;                    ///< Nm: what pushes the arm, at its full strength …
+    Eigen::VectorXd pushed;                  ///< … and in the last step.
     double push_begin = 0, push_end = -1e9;  ///< s
   };
 

@@ -127,7 +127,8 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
       {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"},
       {"control",
        "one scenario (the velocity controller): 30 seeds, 100 with an obstacle moved, 100 with one crossing"},
-      {"disturbed", "the shipped scenes under random disturbances, and which limits were passed; 100 of each"}};
+      {"disturbed",
+       "the shipped scenes under random disturbances, and which limits were passed; 100 of each"}};
 }
 
 void CampaignOptions::Validate() const {
@@ -150,7 +151,8 @@ void CampaignOptions::Validate() const {
   if (!scenario.empty() && name != "control")
     diagnostics.Add({}, "--scenario has no effect on campaign '" + name + "'", "with campaign 'control'");
   if (no_robot && (name == "control" || name == "disturbed"))
-    diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'", "its plans are executed by an arm");
+    diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
+                    "its plans are executed by an arm");
   else if (no_robot && name != "execution")
     diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
                     "it plans without the arm anyway");

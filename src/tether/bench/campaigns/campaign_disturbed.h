@@ -7,8 +7,8 @@
 
 namespace tether::bench {
 
-/// Runs the shipped scenario `scene.kind` once from perturbed initial poses, under disturbances that are drawn
-/// from the seed, and says which limits were passed. Empty if interrupted.
+/// Runs the shipped scenario `scene.kind` once from perturbed initial poses, under disturbances that are
+/// drawn from the seed, and says which limits were passed. Empty if interrupted.
 std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::atomic<bool>* stop);
 
 /// The summary of the records of one scene.

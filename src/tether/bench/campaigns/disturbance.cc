@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 using math::Pose;
 
-constexpr double kPerAction = 5;                    // s
+constexpr double kPerAction = 5;                     // s
 constexpr double kNearest = 0.05, kFurthest = 0.35;  // m
-constexpr double kFastest = 0.25;                   // m/s
+constexpr double kFastest = 0.25;                    // m/s
 // A motion that rises and falls smoothly peaks at so many times its mean.
 constexpr double kPeak = 15.0 / 8;
 constexpr double kPush = 20, kWristPush = 5;  // Nm
@@ -109,7 +109,8 @@ class Drawing {
       if (object.movable()) objects.push_back(&object);
     }
     if (objects.empty()) return;
-    const scene::Object& object = *objects[static_cast<size_t>(random_.Index(static_cast<int>(objects.size())))];
+    const scene::Object& object =
+        *objects[static_cast<size_t>(random_.Index(static_cast<int>(objects.size())))];
     for (int i = 0; i < kDraws; ++i) {
       scenario::Event event = Slide(object.name, kNearest, kFurthest);
       if (!StaysOnSomething(object, event.X_by.p)) continue;

@@ -14,7 +14,8 @@ namespace tether::bench {
 /// What is done to a run, drawn at random: one to three of
 ///
 /// - moved: a movable object is moved by 5 to 35 cm on what it stands on;
-/// - support: what something is put onto, or a fixed object that does not carry the robot, is moved by as much;
+/// - support: what something is put onto, or a fixed object that does not carry the robot, is moved by as
+/// much;
 /// - knocked: what was put down is pushed aside by its own width or more, or thrown onto something else;
 /// - crossing: a ball crosses the arm's space at 0.2 m/s;
 /// - pushed: the arm is pushed with up to 20 Nm on joints 1 to 4, or up to 5 Nm on those after, for 0.3 s.

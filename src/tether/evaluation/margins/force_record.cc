@@ -6,7 +6,7 @@
 namespace tether::evaluation {
 namespace {
 
-constexpr double kWindow = 0.01;             // s
+constexpr double kWindow = 0.01;              // s
 constexpr double kPressing = 50, kHeld = 40;  // N
 // A mean below this is no contact, N.
 constexpr double kApart = 0.5;

@@ -18,12 +18,12 @@ struct PairForce {
 /// pair that came together because the other body moved into the arm faster than 0.1 m/s, only what lasts
 /// counts: more than 40 N, from when that body rests.
 struct ForceSummary {
-  double most = 0;          ///< N
-  double most_time = 0;     ///< s
-  std::string most_pair;    ///< "panda and bench"
-  double longest_50 = 0;    ///< Longest stretch of more than 50 N, s …
-  double longest_40 = 0;    ///< … and of more than 40 N.
-  double struck_most = 0;   ///< The most of what moved into the arm, N.
+  double most = 0;         ///< N
+  double most_time = 0;    ///< s
+  std::string most_pair;   ///< "panda and bench"
+  double longest_50 = 0;   ///< Longest stretch of more than 50 N, s …
+  double longest_40 = 0;   ///< … and of more than 40 N.
+  double struck_most = 0;  ///< The most of what moved into the arm, N.
 };
 
 Value WriteForces(const ForceSummary& forces);

@@ -29,8 +29,8 @@ struct Margin {
   double avoidable = 1e300;
 };
 
-/// A margin in reports and records: name, minimum, unit, time_s, what; and minimum_avoidable where a clearance
-/// is violated.
+/// A margin in reports and records: name, minimum, unit, time_s, what; and minimum_avoidable where a
+/// clearance is violated.
 Value WriteMargin(const Margin& margin);
 
 /// Measures margins from the true state, by the geometry of all bodies, without the controller's rows. One

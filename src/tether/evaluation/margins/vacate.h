@@ -38,8 +38,8 @@ class VacateMonitor {
   std::vector<std::pair<std::string, std::string>> allowed_;
   std::string held_;
   int every_, tick_ = 0;
-  int ticks_;      ///< Of the window …
-  int since_;      ///< … and since there were no such velocities.
+  int ticks_;  ///< Of the window …
+  int since_;  ///< … and since there were no such velocities.
 };
 
 }  // namespace tether::evaluation

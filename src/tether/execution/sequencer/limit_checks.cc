@@ -27,8 +27,8 @@ double NeededForce(const scene::Scene& scene, const planning::PlanStep& step, do
   const scene::Object* pushed = scene.FindObject(step.control);
   if (pushed == nullptr) return needed;
   const scene::Object* support = scene.FindObject(step.target);
-  const double friction = support == nullptr ? pushed->friction
-                                             : scene::PairFriction(pushed->friction, support->friction);
+  const double friction =
+      support == nullptr ? pushed->friction : scene::PairFriction(pushed->friction, support->friction);
   return std::max(needed, kMoves * friction * pushed->mass.value_or(0) * robot::kGravity);
 }
 
@@ -43,9 +43,10 @@ void RequireForces(const scene::Scene& scene, const planning::Plan& plan, double
     const std::string what = step.mode == planning::StepMode::kPush
                                  ? "to slide '" + step.control + "' takes " + Fixed(needed, 1) + " N"
                                  : "a contact is felt from " + Fixed(needed, 1) + " N on";
-    diagnostics.Add(step.max_force ? Location{} : where,
-                    "'max_force' " + whose + " is " + Fixed(most, 1) + " N, but in " + step.action + " " + what,
-                    "at least " + Fixed(std::ceil(10 * needed) / 10, 1) + " N");
+    diagnostics.Add(
+        step.max_force ? Location{} : where,
+        "'max_force' " + whose + " is " + Fixed(most, 1) + " N, but in " + step.action + " " + what,
+        "at least " + Fixed(std::ceil(10 * needed) / 10, 1) + " N");
   }
   diagnostics.ThrowIfAny();
 }

@@ -43,10 +43,10 @@ struct TorqueServoTick {
   const IndexedVector<ObjectId, control::MovingPose>& objects;  ///< In the world.
   const Eigen::VectorXd& tau_external;                          ///< n, Nm
   const control::HandTarget& target;
-  const Eigen::VectorXd& posture;     ///< n, rad
-  ObjectId held;                      ///< In the hand; not valid: nothing is.
-  const std::vector<Touch>& allowed;  ///< Pairs that the step may bring into contact.
-  double max_force = 40;              ///< N
+  const Eigen::VectorXd& posture;                ///< n, rad
+  ObjectId held;                                 ///< In the hand; not valid: nothing is.
+  const std::vector<Touch>& allowed;             ///< Pairs that the step may bring into contact.
+  double max_force = 40;                         ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
 };
 

@@ -104,8 +104,7 @@ std::vector<BoundStep> SkeletonBinder::BindAction(const std::string& action, Dia
   if (schema == actions_.rend()) {
     std::vector<std::string> names;
     for (const ActionSchema& candidate : actions_) names.push_back(candidate.name);
-    diagnostics.Add({}, "action '" + call.name + "' has no geometry",
-                    SuggestFrom(call.name, names));
+    diagnostics.Add({}, "action '" + call.name + "' has no geometry", SuggestFrom(call.name, names));
     return steps;
   }
   std::vector<StepSchema> bound = planning::BindAction(*schema, call.arguments);
