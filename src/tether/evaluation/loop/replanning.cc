@@ -1,4 +1,4 @@
-#include "tether/evaluation/replanning.h"
+#include "tether/evaluation/loop/replanning.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,0 +1,101 @@
+// What changes the state while a plan runs, on the shipped scenes: the plan is made anew, and the simulator's
+// truth judges.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "testing/scenario/test_scenarios.h"
+#include "tether/evaluation/run.h"
+#include "tether/scenario/perturb.h"
+#include "tether/scenario/problem.h"
+
+namespace tether::evaluation {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Change {
+  std::string name;
+  std::string scene;
+  std::string starts;  ///< The action with which it begins; empty: at `time`.
+  double time = 0;     ///< s
+  std::string object;
+  Vector3d by;              ///< m, or …
+  std::string parent = {};  ///< … the pose in this object.
+  bool replans = true;      ///< Servoing alone does not answer it.
+};
+
+void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
+
+RunReport RunWith(const Change& change, bool replan) {
+  const scenario::Scenario scenario = scenario::Shipped(change.scene);
+  const auto task = scenario::MakeTask(scenario);
+  const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, 3);
+  scenario::PlanningOverrides overrides;
+  overrides.seed = 3;
+  const planning::PlanReport report =
+      planning::PlanTask(scenario::MakeProblem(scenario, scene, overrides), *task);
+  if (report.best() == nullptr) return {};
+  scenario::Event event;
+  event.starts = change.starts;
+  event.time = change.time;
+  event.object = change.object;
+  event.over = 0.6;
+  event.has_goal = !change.parent.empty();
+  event.parent = change.parent;
+  (event.has_goal ? event.X_ParentGoal : event.X_by) = math::Pose(change.by);
+  RunOptions options;
+  options.seed = 3;
+  options.replan = replan;
+  options.events = {event};
+  return RunPlan(scenario, scene, *task, report.best()->plan, options);
+}
+
+std::string ReplansOf(const RunReport& run) {
+  std::string text;
+  for (const RunEvent& event : run.events) {
+    if (event.kind == "replanned") text += event.text + "\n";
+  }
+  return text;
+}
+
+class ClosedLoop : public ::testing::TestWithParam<Change> {};
+
+TEST_P(ClosedLoop, TheGoalIsReachedAllTheSame) {
+  const RunReport run = RunWith(GetParam(), true);
+  EXPECT_EQ(run.status, RunStatus::kSuccess) << run.reason << "\n" << ReplansOf(run);
+  EXPECT_GE(run.replans, GetParam().replans ? 1 : 0);
+  if (GetParam().replans) {
+    EXPECT_NE(RunWith(GetParam(), false).status, RunStatus::kSuccess) << "without planning anew";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Finds, ClosedLoop,
+    ::testing::Values(
+        Change{"UndoneEffectsAreNotNoticed", "stacking", "pick(denim)", 0, "coral", Vector3d(0.12, -0.06, 0)},
+        Change{"PlacedBlockMovedUnnoticed", "stacking", "pick(coral)", 0, "blue", Vector3d(-0.04, 0.1, 0)},
+        Change{"LastPlacedMovedAtTheEnd", "stacking", "", 12.55, "denim", Vector3d(-0.05, -0.15, -0.1)},
+        Change{"AnotherObjectOnTop", "stacking", "pick(blue)", 0, "denim", Vector3d(0, 0, 0.05), "blue"}),
+    [](const auto& test) { return test.param.name; });
+
+// A plan that goes as it should is never made anew.
+TEST(ClosedLoopTest, NothingIsPlannedAnewWithoutNeed) {
+  Change none{"None", "stacking", "never", 0, "denim", Vector3d::Zero()};
+  const RunReport run = RunWith(none, true);
+  EXPECT_EQ(run.status, RunStatus::kSuccess) << run.reason;
+  EXPECT_EQ(run.replans, 0) << ReplansOf(run);
+}
+
+// The same run, event by event, whatever the planner's thread does meanwhile.
+TEST(ClosedLoopTest, RunsAreReproducible) {
+  const Change change{"Twice", "stacking", "pick(coral)", 0, "blue", Vector3d(-0.04, 0.1, 0)};
+  const RunReport first = RunWith(change, true), second = RunWith(change, true);
+  ASSERT_EQ(first.events.size(), second.events.size());
+  for (size_t i = 0; i < first.events.size(); ++i) {
+    EXPECT_EQ(first.events[i].time, second.events[i].time) << first.events[i].text;
+    EXPECT_EQ(first.events[i].text, second.events[i].text);
+  }
+}
+
+}  // namespace
+}  // namespace tether::evaluation
