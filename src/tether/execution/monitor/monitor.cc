@@ -116,7 +116,10 @@ PlanOutlook Monitor::Look(int next) {
   return {};
 }
 
-std::vector<symbolic::Fact> Monitor::Facts() const {
+std::vector<symbolic::Fact> Monitor::Facts(double time,
+                                           const IndexedVector<ObjectId, control::MovingPose>& objects,
+                                           ObjectId held) {
+  observer_.Look(time, objects, held, true);
   std::vector<symbolic::Fact> facts;
   const auto is_observable = [&](const symbolic::Fact& fact) {
     return std::any_of(observer_.facts().begin(), observer_.facts().end(), [&](const ObservableFact& one) {

@@ -37,8 +37,9 @@ class Monitor {
   bool changed() const { return changed_; }
   /// What becomes of the plan from action `next` on.
   PlanOutlook Look(int next);
-  /// What is believed, as the initial state of a problem.
-  std::vector<symbolic::Fact> Facts() const;
+  /// What is believed and seen at this moment, as the initial state of a problem.
+  std::vector<symbolic::Fact> Facts(double time, const IndexedVector<ObjectId, control::MovingPose>& objects,
+                                    ObjectId held);
 
  private:
   struct Belief {

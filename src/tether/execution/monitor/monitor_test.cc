@@ -57,9 +57,10 @@ class MonitorTest : public testing::Test {
     for (const double end = time_ + seconds; time_ < end; time_ += 0.01)
       monitor_->Observe(time_, objects_, hand, running);
   }
-  std::vector<std::string> Facts() const {
+  std::vector<std::string> Facts(const std::string& held = "") const {
+    const ObjectId hand = held.empty() ? ObjectId() : scene_.FindObjectId(held);
     std::vector<std::string> names;
-    for (const symbolic::Fact& fact : monitor_->Facts())
+    for (const symbolic::Fact& fact : monitor_->Facts(time_, objects_, hand))
       names.push_back(task_->AtomName({fact.predicate, fact.arguments}));
     return names;
   }
@@ -121,6 +122,17 @@ TEST_F(MonitorTest, OtherChangesLeaveThePlanAsItIs) {
   Watch(0.3, 0);
   EXPECT_TRUE(monitor_->changed());
   EXPECT_TRUE(monitor_->Look(0).reaches);
+}
+
+// What was dropped a moment ago is not in the hand.
+TEST_F(MonitorTest, FactsAreThoseOfTheMoment) {
+  Watch(0.2, 0);
+  Move("a", {0.4, 0, 0.2});
+  Watch(0.5, 0, "a");
+  monitor_->Finish(0);
+  Watch(0.5, 1, "a");
+  EXPECT_THAT(Facts("a"), testing::Contains("inhand(a)"));
+  EXPECT_THAT(Facts(), testing::Not(testing::Contains("inhand(a)")));
 }
 
 TEST_F(MonitorTest, LeaningIsNotOn) {

@@ -81,8 +81,8 @@ bool FactObserver::IsSeen(const ObservableFact& fact,
 }
 
 bool FactObserver::Look(double time, const IndexedVector<ObjectId, control::MovingPose>& objects,
-                        ObjectId held) {
-  if (started_ && time < next_ - 1e-9) return false;
+                        ObjectId held, bool at_once) {
+  if (started_ && !at_once && time < next_ - 1e-9) return false;
   next_ = time + options_.period;
   for (ObservableFact& fact : facts_) {
     const bool seen = IsSeen(fact, objects, held);

@@ -41,8 +41,9 @@ class FactObserver {
   FactObserver(const scene::Scene& scene, const symbolic::Problem& problem,
                const FactObserverOptions& options = {});
 
-  /// Looks when the period is over. True if it has looked. The first look sets all values at once.
-  bool Look(double time, const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held);
+  /// Looks when the period is over, or at once. True if it has looked. The first look sets all values.
+  bool Look(double time, const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held,
+            bool at_once = false);
 
   const std::vector<ObservableFact>& facts() const { return facts_; }
 

@@ -75,7 +75,7 @@ bool Sequencer::AskForPlan(const std::string& reason, std::string* why) {
   for (const ObjectId i : s_.objects.ids()) request.X_WO[s_.object_name(i)] = s_.objects[i].X;
   request.q = s_.q;
   request.held = held();
-  request.facts = monitor_->Facts();
+  request.facts = monitor_->Facts(s_.time, s_.objects, s_.held);
   Pending pending;
   pending.action = action;
   pending.due = s_.time + options.latency;
