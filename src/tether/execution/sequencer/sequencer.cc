@@ -52,7 +52,7 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
       WaitToRetry();
     } else {
       if (running()) WatchGrasp();
-      if (running() && !waiting_) Advance();
+      if (running() && !waiting_ && !pending_) Advance();
     }
   }
   servo_->Command(observations, &commands_);
