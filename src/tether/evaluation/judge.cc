@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/execution/observer/fact_observer.h"
 #include "tether/geometry/distance/query.h"
 #include "tether/geometry/polygon/support.h"
 #include "tether/scene/region.h"
@@ -101,15 +102,14 @@ bool IsOn(const scene::Scene& scene, const Truth& truth, const std::string& uppe
   const scene::Object* b = scene.FindObject(lower);
   if (a == nullptr || b == nullptr || a == b || IsInHand(scene, truth, upper)) return false;
   const math::Pose &X_WA = truth.X_WO.at(upper), &X_WB = truth.X_WO.at(lower);
-  if (!scene::FindResting(*a, X_WA, *b, X_WB).Holds(kContact)) return false;
-  const Eigen::Vector3d down = -X_WA.R.transpose().col(2);
-  if (scene::FindLean(a->shape, down) > kLean) return false;
+  if (!scene::StandsOn(*a, X_WA, *b, X_WB, kContact, kLean)) return false;
   if (truth.X_WO_before.empty()) return true;
   // The motion relative to the lower one.
   const math::Pose X_BA = math::Between(X_WB, X_WA),
                    X_BA_before = math::Between(truth.X_WO_before.at(lower), truth.X_WO_before.at(upper));
   const Eigen::Vector3d turned = math::LogSO3(X_BA.R * X_BA_before.R.transpose());
   // An object on a round side turns as it rolls: its turning may be as fast as rolling at the allowed speed.
+  const Eigen::Vector3d down = -X_WA.R.transpose().col(2);
   const double height = geometry::Support(a->shape, down) - down.dot(geometry::CentreOfMass(a->shape));
   const double turn = std::max(kRestTurn, kRestSpeed / std::max(height, kContact));
   return (X_BA.p - X_BA_before.p).norm() <= kRestSpeed * kRestWindow && turned.norm() <= turn * kRestWindow;
@@ -141,18 +141,21 @@ GoalFact JudgeAtom(const scene::Scene& scene, const Truth& truth, const symbolic
   std::vector<std::string> names;
   for (int argument : atom.arguments)
     names.push_back(task.problem().objects[static_cast<size_t>(argument)].name);
-  const bool of_body = !names.empty() && scene.FindObject(names[0]) != nullptr;
-  fact.geometric = true;
-  if (predicate == "on" && names.size() == 2 && of_body && scene.FindObject(names[1]) != nullptr) {
-    fact.holds = IsOn(scene, truth, names[0], names[1]);
-  } else if (predicate == "in" && names.size() == 2 && of_body &&
-             (scene.FindRegion(names[1]) != nullptr || scene.groups.contains(names[1]))) {
-    fact.holds = IsIn(scene, truth, names[0], names[1]);
-  } else if (predicate == "inhand" && names.size() == 1 && of_body) {
-    fact.holds = IsInHand(scene, truth, names[0]);
-  } else {
-    fact.geometric = false;
-    fact.holds = task.Holds(atom, state);
+  using execution::Observable;
+  const Observable observable = execution::FindObservable(scene, predicate, names);
+  fact.geometric = observable != Observable::kNone;
+  switch (observable) {
+    case Observable::kOn:
+      fact.holds = IsOn(scene, truth, names[0], names[1]);
+      break;
+    case Observable::kIn:
+      fact.holds = IsIn(scene, truth, names[0], names[1]);
+      break;
+    case Observable::kInHand:
+      fact.holds = IsInHand(scene, truth, names[0]);
+      break;
+    case Observable::kNone:
+      fact.holds = task.Holds(atom, state);
   }
   return fact;
 }

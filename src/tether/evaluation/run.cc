@@ -98,14 +98,8 @@ class Run {
     if (!torques || (constrained && execution::NeedsObjectives(plan))) {
       execution::VelocityExecutiveOptions velocity = MakeVelocityOptions(scenario);
       velocity.torques = torques;
-      // The task outlives the run.
-      const auto ways = std::make_shared<task::Replanner>(
-          std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
-          options.goal ? options.goal : scenario.goal);
-      velocity.alternative = [ways](const auto& done, const std::string& blocked, std::string& reason) {
-        return ways->Find(done, blocked, reason);
-      };
       velocity.replanning = MakeReplanning(scenario, scene, task, options);
+      if (!velocity.replanning.plan_anew) velocity.alternative = MakeAlternative(scenario, task, options);
       return std::make_unique<execution::VelocityExecutive>(scene, scenario.models, scenario.actions, plan,
                                                             velocity);
     }
@@ -115,6 +109,17 @@ class Run {
   }
 
  private:
+  /// Other actions, for where plans are not made anew. The task outlives the run.
+  static execution::Alternative MakeAlternative(const scenario::Scenario& scenario,
+                                                const symbolic::Task& task, const RunOptions& options) {
+    const auto replanner = std::make_shared<task::Replanner>(
+        std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {}),
+        options.goal ? options.goal : scenario.goal);
+    return [replanner](const auto& done, const std::string& blocked, std::string& reason) {
+      return replanner->Find(done, blocked, reason);
+    };
+  }
+
   /// Nothing for temporal goals.
   static execution::ReplanningOptions MakeReplanning(const scenario::Scenario& scenario,
                                                      const scene::Scene& scene, const symbolic::Task& task,

@@ -10,6 +10,7 @@
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
 #include "tether/planning/check/region_check.h"
+#include "tether/planning/ik/within_reach.h"
 #include "tether/planning/program/effort.h"
 #include "tether/robot/model.h"
 
@@ -140,6 +141,19 @@ std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario, const L
                        "'task' with 'domain' and 'problem', two PDDL files, or with a goal and regions"}});
   }
   return symbolic::Task::Ground(scenario.problem, limits);
+}
+
+void AddWithinReach(const Scenario& scenario, const scene::Scene& scene, int predicate, const Location& where,
+                    symbolic::Problem& problem) {
+  const scene::Robot* robot = ActingRobot(scene);
+  const auto& types = problem.domain->predicates[ToIndex(predicate)].parameters[0].types;
+  for (size_t i = 0; i < problem.objects.size(); ++i) {
+    const std::string& object = problem.objects[i].name;
+    if (scene.FindObject(object) != nullptr && problem.domain->Fits(problem.objects[i].types, types) &&
+        planning::WithinReach(*scenario.models.at(robot->name), scene.InitialPose(robot->name), scene,
+                              object))
+      problem.init.push_back({predicate, {static_cast<int>(i)}, where});
+  }
 }
 
 planning::Problem MakeProblem(const Scenario& scenario, const scene::Scene& scene,

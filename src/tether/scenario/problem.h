@@ -48,6 +48,11 @@ task::TemporalGoal ReadTemporalGoal(const std::string& formula, const std::strin
 /// The scenario's grounded PDDL problem. Throws InputError if it has none, and LimitReached.
 std::shared_ptr<const symbolic::Task> MakeTask(const Scenario& scenario, const Limits& limits = {});
 
+/// Adds to the initial state of `problem`, whose predicate has one parameter, that it holds for what the
+/// acting robot reaches in `scene`, as `within_reach` asks for. `where`: of the facts.
+void AddWithinReach(const Scenario& scenario, const scene::Scene& scene, int predicate, const Location& where,
+                    symbolic::Problem& problem);
+
 /// The robot that acts: the first of the scenario; null if there is none.
 const scene::Robot* ActingRobot(const scene::Scene& scene);
 

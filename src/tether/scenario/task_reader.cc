@@ -8,7 +8,6 @@
 #include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
-#include "tether/planning/ik/within_reach.h"
 #include "tether/planning/modes/region_domain.h"
 #include "tether/scenario/problem.h"
 
@@ -210,16 +209,7 @@ void StateReach(const Value& value, Scenario& scenario, Diagnostics& diagnostics
                           " takes from the arm's reach",
                       "one of the two");
     }
-    if (!diagnostics.empty()) continue;
-    const auto& types = problem->domain->predicates[static_cast<size_t>(index)].parameters[0].types;
-    for (size_t i = 0; i < problem->objects.size(); ++i) {
-      const std::string& object = problem->objects[i].name;
-      if (scenario.scene.FindObject(object) != nullptr &&
-          problem->domain->Fits(problem->objects[i].types, types) &&
-          planning::WithinReach(*scenario.models.at(robot->name), scenario.scene.InitialPose(robot->name),
-                                scenario.scene, object))
-        problem->init.push_back({index, {static_cast<int>(i)}, value.where()});
-    }
+    if (diagnostics.empty()) AddWithinReach(scenario, scenario.scene, index, value.where(), *problem);
   }
   scenario.problem = std::move(problem);
 }

@@ -61,6 +61,12 @@ double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down) {
   return std::atan2(d.cross(start).norm(), d.dot(start));
 }
 
+bool StandsOn(const scene::Object& upper, const math::Pose& X_WUpper, const scene::Object& lower,
+              const math::Pose& X_WLower, double contact, double lean) {
+  return FindResting(upper, X_WUpper, lower, X_WLower).Holds(contact) &&
+         FindLean(upper.shape, -X_WUpper.R.transpose().col(2)) <= lean;
+}
+
 std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene) {
   std::map<std::string, math::Pose> poses;
   // By name first: a chain of parents is followed by looking names up.

@@ -28,6 +28,10 @@ Resting FindResting(const scene::Object& upper, const math::Pose& X_WUpper, cons
 /// most 0.2.
 double FindLean(const geometry::Shape& shape, const Eigen::Vector3d& down);
 
+/// Whether `upper` stands or lies on `lower`: Resting::Holds(contact), and FindLean() is at most `lean`, rad.
+bool StandsOn(const scene::Object& upper, const math::Pose& X_WUpper, const scene::Object& lower,
+              const math::Pose& X_WLower, double contact, double lean);
+
 /// Initial poses in the world of all objects.
 std::map<std::string, math::Pose> InitialPoses(const scene::Scene& scene);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "tether/planning/ik/within_reach.h"
 #include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
@@ -23,15 +22,10 @@ scene::Scene ObservedScene(const scene::Scene& scene, const execution::PlanReque
     const auto found = request.X_WO.find(object.name);
     if (found == request.X_WO.end()) continue;
     if (object.movable()) object.parent = scene::kWorld;
-    object.X_ParentObject = found->second;
-  }
-  // Fixed objects that hang on other frames: their poses in these, from the top.
-  for (scene::Object& object : observed.objects) {
-    if (object.parent == scene::kWorld || !request.X_WO.contains(object.name)) continue;
     const auto parent = request.X_WO.find(object.parent);
     const math::Pose X_WParent =
         parent != request.X_WO.end() ? parent->second : scene.InitialPose(object.parent);
-    object.X_ParentObject = math::Between(X_WParent, request.X_WO.at(object.name));
+    object.X_ParentObject = math::Between(X_WParent, found->second);
   }
   if (!observed.robots.empty()) {
     observed.robots.front().q.assign(request.q.data(), request.q.data() + request.q.size());
@@ -45,18 +39,10 @@ std::shared_ptr<const symbolic::Problem> ObservedProblem(const scenario::Scenari
                                                          const execution::PlanRequest& request) {
   auto problem = std::make_shared<symbolic::Problem>(*scenario.problem);
   problem->init = request.facts;
-  const scene::Robot* robot = scenario::ActingRobot(observed);
   for (const std::string& name : scenario.task.within_reach) {
     const int predicate = problem->domain->FindPredicate(name);
     std::erase_if(problem->init, [&](const symbolic::Fact& fact) { return fact.predicate == predicate; });
-    const auto& types = problem->domain->predicates[ToIndex(predicate)].parameters[0].types;
-    for (size_t i = 0; i < problem->objects.size(); ++i) {
-      const std::string& object = problem->objects[i].name;
-      if (observed.FindObject(object) != nullptr && problem->domain->Fits(problem->objects[i].types, types) &&
-          planning::WithinReach(*scenario.models.at(robot->name), observed.InitialPose(robot->name), observed,
-                                object))
-        problem->init.push_back({predicate, {static_cast<int>(i)}, {}});
-    }
+    scenario::AddWithinReach(scenario, observed, predicate, {}, *problem);
   }
   return problem;
 }

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 
+#include "tether/ltl/formula/formula.h"
+
 namespace tether::execution {
 namespace {
-
-bool Holds(const symbolic::State& state, int atom) {
-  return (state[ToIndex(atom) / 64] >> (ToIndex(atom) % 64) & 1) != 0;
-}
 
 void Set(symbolic::State& state, int atom, bool value) {
   const uint64_t bit = uint64_t{1} << (ToIndex(atom) % 64);
@@ -28,7 +26,7 @@ bool Changes(const symbolic::GroundAction& action, int atom) {
 
 Monitor::Monitor(const scene::Scene& scene, std::shared_ptr<const symbolic::Task> task,
                  const std::vector<std::string>& actions, const FactObserverOptions& options)
-    : observer_(scene, task->problem(), options) {
+    : observer_(scene, *task, options) {
   Adopt(std::move(task), actions, 0);
 }
 
@@ -53,7 +51,7 @@ void Monitor::Adopt(std::shared_ptr<const symbolic::Task> task, const std::vecto
 
 bool Monitor::Believed(size_t fact) const {
   const Belief& belief = beliefs_[fact];
-  if (belief.atom >= 0) return Holds(state_, belief.atom);
+  if (belief.atom >= 0) return ltl::IsTrue(state_, belief.atom);
   const bool odd = std::find(unforeseen_.begin(), unforeseen_.end(), fact) != unforeseen_.end();
   return belief.constant != odd;
 }
@@ -131,7 +129,7 @@ std::vector<symbolic::Fact> Monitor::Facts(double time,
   };
   for (size_t atom = 0; atom < task_->atoms().size(); ++atom) {
     const symbolic::Atom& one = task_->atoms()[atom];
-    if (!task_->IsDerived(static_cast<int>(atom)) && Holds(state_, static_cast<int>(atom)))
+    if (!task_->IsDerived(static_cast<int>(atom)) && ltl::IsTrue(state_, static_cast<int>(atom)))
       add({one.predicate, one.arguments, {}});
   }
   // What never changes is left out of the task's atoms.

@@ -1,20 +1,26 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "tether/common/id.h"
 #include "tether/control/arm_bodies.h"
 #include "tether/scene/scene.h"
-#include "tether/symbolic/pddl/pddl.h"
+#include "tether/symbolic/grounding/task.h"
 
 namespace tether::execution {
 
-/// A ground fact that poses and the gripper tell: `on` of two objects, `in` of an object and a region or
-/// group, `inhand` of an object.
+/// What poses and the hand tell of a ground atom: `on` of two objects, `in` of an object and a region or
+/// group, `inhand` of an object; of all others nothing.
+enum class Observable { kNone, kOn, kIn, kInHand };
+/// By the names of predicate and arguments, and what these are in the scene.
+Observable FindObservable(const scene::Scene& scene, const std::string& predicate,
+                          const std::vector<std::string>& arguments);
+
+/// A ground fact that is observable.
 struct ObservableFact {
-  enum class Kind { kOn, kIn, kInHand };
-  Kind kind = Kind::kOn;
+  Observable kind = Observable::kOn;
   symbolic::Fact fact;
   std::string text;    ///< "on(box,shelf)"
   ObjectId object;     ///< What is on, in or in the hand.
@@ -36,9 +42,8 @@ struct FactObserverOptions {
 /// not observable: their values follow from the actions' effects.
 class FactObserver {
  public:
-  /// The facts are those that the types of `problem` allow, of things that are in the scene. The scene must
-  /// outlive the observer.
-  FactObserver(const scene::Scene& scene, const symbolic::Problem& problem,
+  /// The facts are those that the types of the task's problem allow. The scene must outlive the observer.
+  FactObserver(const scene::Scene& scene, const symbolic::Task& task,
                const FactObserverOptions& options = {});
 
   /// Looks when the period is over, or at once. True if it has looked. The first look sets all values.
@@ -50,10 +55,14 @@ class FactObserver {
  private:
   bool IsSeen(const ObservableFact& fact, const IndexedVector<ObjectId, control::MovingPose>& objects,
               ObjectId held) const;
+  /// The objects' poses by name, for regions; empty where no fact is about one.
+  void TakePoses(const IndexedVector<ObjectId, control::MovingPose>& objects);
 
   const scene::Scene& scene_;
   FactObserverOptions options_;
   std::vector<ObservableFact> facts_;
+  bool has_regions_ = false;
+  std::map<std::string, math::Pose> X_WO_;
   double next_ = 0;
   bool started_ = false;
 };

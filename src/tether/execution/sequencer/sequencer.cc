@@ -168,10 +168,7 @@ void Sequencer::WaitToRetry() {
 void Sequencer::Retry(const Progress& progress) {
   const bool recovers = options_.recovery_rise > 0;
   if (!options_.failing_action_pays) s_.step = progress.resume;
-  if (progress.open && !recovers) {
-    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
-    s_.gripper.opening = s_.model->gripper().max_opening;
-  }
+  if (progress.open && !recovers) OpenHand();
   int& tried = s_.retries[s_.plan_step().action_index];
   if (tried >= options_.max_retries) return GiveUp(progress.reason);
   ++tried;
@@ -253,14 +250,22 @@ void Sequencer::LetGoOfWhatWasJustGrasped() {
   if (s_.held == kNone || s_.held == held_before_) return;
   s_.Record(EventKind::kReleased, "'" + s_.object_name(s_.held) + "'");
   Release();
+  OpenHand();
+}
+
+void Sequencer::OpenHand() {
   s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
   s_.gripper.opening = s_.model->gripper().max_opening;
 }
 
 void Sequencer::Fail(const std::string& reason) {
+  EndFailed(s_.in_plan() ? s_.plan_step().action + ": " + reason : reason);
+}
+
+void Sequencer::EndFailed(const std::string& reason) {
   s_.status.state = ExecutiveStatus::State::kFailed;
-  s_.status.reason = s_.in_plan() ? s_.plan_step().action + ": " + reason : reason;
-  s_.Record(EventKind::kFailed, s_.status.reason);
+  s_.status.reason = reason;
+  s_.Record(EventKind::kFailed, reason);
 }
 
 }  // namespace tether::execution

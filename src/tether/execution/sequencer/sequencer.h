@@ -75,7 +75,10 @@ class Sequencer : public PlanRunner {
   /// The plan goes on with what `next` has from `action` on.
   bool Adopt(planning::Plan next, int action, std::string* why);
   void LetGoOfWhatWasJustGrasped();
+  void OpenHand();
+  /// The run fails in the present action, or for a reason of its own.
   void Fail(const std::string& reason);
+  void EndFailed(const std::string& reason);
 
   // sequencer_loop.cc: the plan is made anew where what is observed no longer allows it.
   void Watch();

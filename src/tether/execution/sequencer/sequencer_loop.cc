@@ -85,10 +85,7 @@ bool Sequencer::AskForPlan(const std::string& reason, std::string* why) {
   pending_ = std::move(pending);
   waiting_.reset();
   servo_->Stop();
-  if (s_.held == kNone) {
-    s_.gripper.mode = robot::GripperCommand::Mode::kOpening;
-    s_.gripper.opening = s_.model->gripper().max_opening;
-  }
+  if (s_.held == kNone) OpenHand();
   return true;
 }
 
@@ -125,10 +122,7 @@ void Sequencer::AdoptAnswer() {
   }
   const std::string text = pending.reason + "; no plan from here: " + why;
   if (++fruitless_ >= options_.replanning.max_failures) {
-    s_.status.state = ExecutiveStatus::State::kFailed;
-    s_.status.reason = text;
-    s_.Record(EventKind::kFailed, text);
-    return;
+    return EndFailed(text);
   }
   ask_again_ = {s_.time + options_.replanning.wait, pending.reason};
 }
