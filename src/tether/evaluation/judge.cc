@@ -235,6 +235,16 @@ void TemporalJudge::Step(Part& part, const Values& holds) {
   part.state = part.automaton.Step(part.state, ltl::LetterView(letter));
 }
 
+void TemporalJudge::Feed(const std::function<Truth()>& truth, const std::vector<std::string>& actions,
+                         int done, bool running) {
+  const int count = static_cast<int>(actions.size());
+  if (letters_ > done) {
+    if (!NeedsSamples()) return;
+    return Sample(truth(), running && done < count ? actions[ToIndex(std::max(done, 0))] : "");
+  }
+  while (letters_ <= done && letters_ <= count) Observe(truth(), actions);
+}
+
 void TemporalJudge::Observe(const Truth& truth, const std::vector<std::string>& actions) {
   symbolic_ = StateAfter(task_, actions, letters_++);
   for (const int atom : atoms_) {

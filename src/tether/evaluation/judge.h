@@ -65,6 +65,11 @@ class TemporalJudge {
   /// The first two must outlive the judge. Throws InputError if the goal names what does not exist.
   TemporalJudge(const scene::Scene& scene, const symbolic::Task& task, const task::TemporalGoal& goal);
 
+  /// Reads what there is to read when the first `done` of the plan's actions are done and, if `running`, the
+  /// next one runs: letters at the start and after each action, samples in between. Asks for the truth only
+  /// then.
+  void Feed(const std::function<Truth()>& truth, const std::vector<std::string>& actions, int done,
+            bool running);
   /// Reads the letter at the start, or after the next of the plan's `actions`.
   void Observe(const Truth& truth, const std::vector<std::string>& actions);
   /// Reads a sample in between. `running`: the action that runs, or empty.

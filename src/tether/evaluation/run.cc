@@ -195,7 +195,10 @@ class Run {
     if (runner_->running()) {
       margins_.Observe(world_, truth_, observations_, commands, *runner_);
     }
-    FeedJudge();
+    if (temporal_judge_) {
+      temporal_judge_->Feed([this] { return MakeTruth(); }, runner_->plan().actions, ActionsDone(),
+                            runner_->running());
+    }
     TakeEvents();
     Disturb();
     Log(&commands);
@@ -340,19 +343,6 @@ class Run {
     return truth;
   }
 
-  /// A temporal goal reads the start, each action's end and the samples in between.
-  void FeedJudge() {
-    if (!temporal_judge_) return;
-    const int done = ActionsDone();
-    const auto& actions = runner_->plan().actions;
-    if (letters_ > done) {
-      if (!temporal_judge_->NeedsSamples()) return;
-      const bool running = runner_->running() && done < static_cast<int>(actions.size());
-      return temporal_judge_->Sample(MakeTruth(), running ? actions[static_cast<size_t>(done)] : "");
-    }
-    for (; letters_ <= done; ++letters_) temporal_judge_->Observe(MakeTruth(), actions);
-  }
-
   void Judge() {
     const Truth truth = MakeTruth();
     for (const scene::Object& object : scene_.objects)
@@ -376,7 +366,6 @@ class Run {
   RunMargins margins_;
   sim::SensorModel sensors_;
   std::optional<TemporalJudge> temporal_judge_;
-  int letters_ = 0;  ///< That the judge has read.
   double cost_ = 0;
   std::unique_ptr<sim::Renderer> renderer_;
   scene::WorldEstimate truth_;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tether/common/random.h"
+#include "tether/motion/path_tree.h"
 
 namespace tether::motion {
 namespace {
@@ -46,49 +47,17 @@ class Checker {
   int checks_ = 0;
 };
 
-/// A tree of configurations, each joined to its parent by a straight line that is free.
-class Tree {
- public:
-  void AddRoot(const VectorXd& q) { nodes_.push_back({q, -1}); }
-  int Add(const VectorXd& q, int parent) {
-    nodes_.push_back({q, parent});
-    return static_cast<int>(nodes_.size()) - 1;
-  }
-  int Nearest(const VectorXd& q) const {
-    int nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (size_t i = 0; i < nodes_.size(); ++i) {
-      const double squared = (nodes_[i].q - q).squaredNorm();
-      if (squared >= least) continue;
-      least = squared;
-      nearest = static_cast<int>(i);
-    }
-    return nearest;
-  }
-  const VectorXd& q(int node) const { return nodes_[static_cast<size_t>(node)].q; }
-  /// From a node to its root, both included.
-  std::vector<VectorXd> ToRoot(int node) const {
-    std::vector<VectorXd> path;
-    for (; node >= 0; node = nodes_[static_cast<size_t>(node)].parent) path.push_back(q(node));
-    return path;
-  }
-
- private:
-  struct Node {
-    VectorXd q;
-    int parent;
-  };
-  std::vector<Node> nodes_;
-};
-
 /// RRT-Connect (Kuffner and LaValle 2000): two trees, of which one grows towards a sample and the other then
 /// towards what was reached, by turns.
 class Search {
  public:
   Search(const JointPathProblem& problem, const std::vector<VectorXd>& goals, Checker& checker)
-      : checker_(checker), random_(problem.seed) {
-    from_start_.AddRoot(problem.start);
-    for (const VectorXd& goal : goals) from_goals_.AddRoot(goal);
+      : checker_(checker),
+        random_(problem.seed),
+        from_start_(problem.start.size()),
+        from_goals_(problem.start.size()) {
+    from_start_.Add(problem.start, -1);
+    for (const VectorXd& goal : goals) from_goals_.Add(goal, -1);
     // The start may lie outside.
     lower_ = problem.lower.cwiseMin(problem.start);
     upper_ = problem.upper.cwiseMax(problem.start);
@@ -100,53 +69,42 @@ class Search {
     // A straight line is tried before any sample.
     int reached = 0;
     while (!checker_.exhausted()) {
-      Tree& growing = start_grows ? from_start_ : from_goals_;
-      Tree& other = start_grows ? from_goals_ : from_start_;
+      PathTree& growing = start_grows ? from_start_ : from_goals_;
+      PathTree& other = start_grows ? from_goals_ : from_start_;
       if (reached >= 0) {
         const int met = Connect(other, growing.q(reached));
-        if (met >= 0) return start_grows ? Join(reached, met) : Join(met, reached);
+        if (met >= 0) {
+          return start_grows ? JoinTrees(from_start_, reached, from_goals_, met)
+                             : JoinTrees(from_start_, met, from_goals_, reached);
+        }
         start_grows = !start_grows;
       }
-      reached = Extend(start_grows ? from_start_ : from_goals_, Sample());
+      reached = Extend(start_grows ? from_start_ : from_goals_, SampleBetween(lower_, upper_, random_));
       if (reached < 0) start_grows = !start_grows;
     }
     return {};
   }
 
  private:
-  VectorXd Sample() {
-    VectorXd q(lower_.size());
-    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_.Uniform(lower_[i], upper_[i]);
-    return q;
-  }
-
   /// Grows the tree by one step towards q; the new node, or −1 if that is not free.
-  int Extend(Tree& tree, const VectorXd& q) { return Extend(tree, tree.Nearest(q), q); }
-  int Extend(Tree& tree, int from, const VectorXd& q) {
-    const VectorXd& near = tree.q(from);
+  int Extend(PathTree& tree, const VectorXd& q) { return Extend(tree, tree.Nearest(q), q); }
+  int Extend(PathTree& tree, int from, const VectorXd& q) {
+    const VectorXd near = tree.q(from);
     const double distance = (q - near).norm();
     const VectorXd next = distance <= kStep ? q : VectorXd(near + (q - near) * (kStep / distance));
     return checker_.IsFree(near, next) ? tree.Add(next, from) : -1;
   }
 
   /// Grows the tree step by step as far as q; the node there, or −1.
-  int Connect(Tree& tree, const VectorXd& q) {
+  int Connect(PathTree& tree, const VectorXd& q) {
     int node = tree.Nearest(q);
     while (node >= 0 && tree.q(node) != q) node = Extend(tree, node, q);
     return node;
   }
 
-  std::vector<VectorXd> Join(int in_start_tree, int in_goal_tree) const {
-    std::vector<VectorXd> path = from_start_.ToRoot(in_start_tree);
-    std::reverse(path.begin(), path.end());
-    const std::vector<VectorXd> rest = from_goals_.ToRoot(in_goal_tree);
-    path.insert(path.end(), rest.begin() + 1, rest.end());
-    return path;
-  }
-
   Checker& checker_;
   Random random_;
-  Tree from_start_, from_goals_;
+  PathTree from_start_, from_goals_;
   VectorXd lower_, upper_;
 };
 

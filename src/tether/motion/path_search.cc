@@ -8,6 +8,7 @@
 
 #include "tether/common/random.h"
 #include "tether/motion/path_shortening.h"
+#include "tether/motion/path_tree.h"
 
 namespace tether::motion {
 namespace {
@@ -19,54 +20,6 @@ constexpr double kRange = 1.5;
 // Dynamic domains: a node next to something is extended only towards samples within a radius, which shrinks
 // and grows by these factors.
 constexpr double kFirstRadius = 4.0, kLeastRadius = 1.0, kRadiusFactor = 1e-4;
-
-/// A tree of configurations, each joined to its parent by a straight line that is free.
-class Tree {
- public:
-  explicit Tree(Eigen::Index dof) : dof_(static_cast<size_t>(dof)) {}
-
-  int Add(const VectorXd& q, int parent, int root) {
-    q_.insert(q_.end(), q.data(), q.data() + q.size());
-    nodes_.push_back({parent, root, std::numeric_limits<double>::infinity()});
-    return size() - 1;
-  }
-  int size() const { return static_cast<int>(nodes_.size()); }
-  int root(int node) const { return nodes_[static_cast<size_t>(node)].root; }
-  double& radius(int node) { return nodes_[static_cast<size_t>(node)].radius; }
-  VectorXd q(int node) const {
-    return Eigen::Map<const VectorXd>(q_.data() + static_cast<size_t>(node) * dof_,
-                                      static_cast<Eigen::Index>(dof_));
-  }
-  int Nearest(const VectorXd& q, double* distance) const {
-    int nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
-    const double* at = q_.data();
-    for (int i = 0; i < size(); ++i, at += dof_) {
-      double squared = 0;
-      for (size_t j = 0; j < dof_; ++j) squared += (at[j] - q.data()[j]) * (at[j] - q.data()[j]);
-      if (squared >= least) continue;
-      least = squared;
-      nearest = i;
-    }
-    *distance = std::sqrt(least);
-    return nearest;
-  }
-  /// From a node to its root, both included.
-  std::vector<VectorXd> ToRoot(int node) const {
-    std::vector<VectorXd> path;
-    for (; node >= 0; node = nodes_[static_cast<size_t>(node)].parent) path.push_back(q(node));
-    return path;
-  }
-
- private:
-  struct Node {
-    int parent = -1, root = 0;
-    double radius = 0;
-  };
-  size_t dof_;
-  std::vector<double> q_;  // one after the other
-  std::vector<Node> nodes_;
-};
 
 class Search {
  public:
@@ -108,18 +61,12 @@ class Search {
     return false;
   }
 
-  VectorXd Sample() {
-    VectorXd q(lower_.size());
-    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_.Uniform(lower_[i], upper_[i]);
-    return q;
-  }
-
   /// One sample: the smaller tree grows towards it, then the other towards what was reached.
   bool Grow(Path& path) {
     const bool start_grows = from_start_.size() <= from_goals_.size();
-    Tree& tree = start_grows ? from_start_ : from_goals_;
-    Tree& other = start_grows ? from_goals_ : from_start_;
-    const VectorXd sample = Sample();
+    PathTree& tree = start_grows ? from_start_ : from_goals_;
+    PathTree& other = start_grows ? from_goals_ : from_start_;
+    const VectorXd sample = SampleBetween(lower_, upper_, random_);
     double distance = 0;
     const int nearest = tree.Nearest(sample, &distance);
     double& radius = tree.radius(nearest);
@@ -135,13 +82,14 @@ class Search {
     const int added = tree.Add(next, nearest, tree.root(nearest));
     const int met = Connect(other, next);
     if (met < 0) return false;
-    path.q = start_grows ? Join(added, met) : Join(met, added);
+    path.q = start_grows ? JoinTrees(from_start_, added, from_goals_, met)
+                         : JoinTrees(from_start_, met, from_goals_, added);
     path.goal = from_goals_.root(start_grows ? met : added);
     return true;
   }
 
   /// Grows the tree step by step as far as q; the node there, or −1.
-  int Connect(Tree& tree, const VectorXd& q) {
+  int Connect(PathTree& tree, const VectorXd& q) {
     double distance = 0;
     int node = tree.Nearest(q, &distance);
     const int steps = std::max(1, static_cast<int>(std::ceil(distance / kRange)));
@@ -156,18 +104,10 @@ class Search {
     return node;
   }
 
-  std::vector<VectorXd> Join(int in_start_tree, int in_goal_tree) const {
-    std::vector<VectorXd> path = from_start_.ToRoot(in_start_tree);
-    std::reverse(path.begin(), path.end());
-    const std::vector<VectorXd> rest = from_goals_.ToRoot(in_goal_tree);
-    path.insert(path.end(), rest.begin() + 1, rest.end());
-    return path;
-  }
-
   const PathProblem& problem_;
   PathChecker& checker_;
   Random random_;
-  Tree from_start_, from_goals_;
+  PathTree from_start_, from_goals_;
   VectorXd lower_, upper_;
 };
 

@@ -312,6 +312,12 @@ class TransitSearch {
 
 }  // namespace
 
+void EndAbove(TransitGoal& goal, const Eigen::Vector3d& up_B) {
+  constexpr double kRise = 0.02;  // m
+  goal.then.insert(goal.then.begin(), goal.X_BH);
+  goal.X_BH.p += kRise * up_B;
+}
+
 Transit FindTransit(const TransitProblem& problem) {
   assert(!problem.goals.empty() && problem.snapshot.model != nullptr);
   return TransitSearch(problem).Run();

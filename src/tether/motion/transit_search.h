@@ -22,6 +22,10 @@ struct TransitGoal {
   Eigen::VectorXd near;
 };
 
+/// Moves the end of a transit to 2 cm above the goal, which becomes the first pose after it: for goals where
+/// something touches that may. `up_B`: a unit vector.
+void EndAbove(TransitGoal& goal, const Eigen::Vector3d& up_B);
+
 /// A motion of the arm from a configuration to one of several poses of the hand.
 struct TransitProblem {
   /// Its clearance is what is wanted; where the start or every goal has less room, less is kept.

@@ -6,7 +6,6 @@
 
 #include "tether/common/random.h"
 #include "tether/geometry/distance/bounds.h"
-#include "tether/geometry/distance/query.h"
 #include "tether/scenario/problem.h"
 
 namespace tether::bench {
@@ -27,14 +26,7 @@ constexpr int kDraws = 60;
 
 /// The box about an object in the world.
 geometry::Aabb BoxOf(const scene::Scene& scene, const scene::Object& object) {
-  const Pose X = scene.InitialPose(object.name);
-  geometry::Aabb box{Vector3d::Constant(1e9), Vector3d::Constant(-1e9)};
-  for (const geometry::Part& part : object.shape.parts) {
-    const geometry::Aabb one = geometry::BoundingBox(part.primitive, X * part.X_SP);
-    box.lower = box.lower.cwiseMin(one.lower);
-    box.upper = box.upper.cwiseMax(one.upper);
-  }
-  return box;
+  return geometry::BoundingBox(object.shape, scene.InitialPose(object.name));
 }
 
 class Drawing {

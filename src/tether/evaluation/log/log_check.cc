@@ -37,29 +37,16 @@ class LogJudge {
 
   Judgement Judge() {
     if (log_.samples.empty()) return {};
-    for (size_t i = 0; temporal_ && i < log_.samples.size(); ++i) Feed(i);
+    for (size_t i = 0; temporal_ && i < log_.samples.size(); ++i) {
+      const LogSample& sample = log_.samples[i];
+      temporal_->Feed([&] { return TruthAt(i); }, Actions(sample), sample.actions_done, sample.running);
+    }
     const LogSample& last = log_.samples.back();
     if (temporal_) return temporal_->Judge(TruthAt(log_.samples.size() - 1));
     return JudgeGoal(scene_, TruthAt(log_.samples.size() - 1), task_, Actions(last), last.actions_done);
   }
 
  private:
-  /// As a run feeds its judge: a letter at the start and after each action, samples in between.
-  void Feed(size_t index) {
-    const LogSample& sample = log_.samples[index];
-    const std::vector<std::string> actions = Actions(sample);
-    if (letters_ > sample.actions_done) {
-      if (!temporal_->NeedsSamples()) return;
-      const bool running = sample.running && sample.actions_done < static_cast<int>(actions.size());
-      const std::string action =
-          running ? actions[static_cast<size_t>(std::max(sample.actions_done, 0))] : "";
-      temporal_->Sample(TruthAt(index), action);
-      return;
-    }
-    for (; letters_ <= sample.actions_done && letters_ <= static_cast<int>(actions.size()); ++letters_)
-      temporal_->Observe(TruthAt(index), actions);
-  }
-
   std::vector<std::string> Actions(const LogSample& sample) const {
     std::vector<std::string> actions;
     if (sample.plan >= log_.plans.size()) return actions;
@@ -110,7 +97,6 @@ class LogJudge {
   const scene::Scene& scene_;
   const symbolic::Task& task_;
   std::optional<TemporalJudge> temporal_;
-  int letters_ = 0;
 };
 
 void NoteOrigin(const RunLog& log, FileCheck& check) {

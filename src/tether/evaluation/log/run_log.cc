@@ -282,14 +282,7 @@ RunLog ReadRunLog(const std::string& path, bool with_samples) {
 }
 
 RunLog ParseRunLog(std::string_view bytes, const std::string& file, bool with_samples) {
-  size_t at = 0;
-  const ByteSource source = [&](char* buffer, size_t size) {
-    const size_t got = std::min(size, bytes.size() - at);
-    std::memcpy(buffer, bytes.data() + at, got);
-    at += got;
-    return got;
-  };
-  return Read(source, file, with_samples);
+  return Read(BytesOf(bytes), file, with_samples);
 }
 
 }  // namespace tether::evaluation

@@ -10,6 +10,7 @@
 #include "tether/evaluation/log/log_channels.h"
 #include "tether/evaluation/log/log_stream.h"
 #include "tether/evaluation/log/message_template.h"
+#include "tether/evaluation/log/pose_values.h"
 #include "tether/evaluation/log/scene_entities.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/scene/region.h"
@@ -43,13 +44,12 @@ std::string TransformText(const std::string& parent, const std::string& child) {
 }
 
 Value Transform(const std::string& parent, const std::string& child, const math::Pose& X) {
-  const Eigen::Quaterniond q = X.Quaternion();
   return Value::Object()
       .Set("timestamp", TimeValue(0))
       .Set("parent_frame_id", parent)
       .Set("child_frame_id", child)
-      .Set("translation", Value::Object().Set("x", X.p.x()).Set("y", X.p.y()).Set("z", X.p.z()))
-      .Set("rotation", Value::Object().Set("x", q.x()).Set("y", q.y()).Set("z", q.z()).Set("w", q.w()));
+      .Set("translation", VectorValue(X.p))
+      .Set("rotation", QuaternionValue(X.Quaternion()));
 }
 
 std::string ActionOf(const planning::Plan& plan, int step) {

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tether/common/overloaded.h"
+#include "tether/evaluation/log/pose_values.h"
 #include "tether/geometry/hull/polytope.h"
 #include "tether/robot/kinematics.h"
 
@@ -20,15 +21,10 @@ const Colour kFixed(0.62, 0.62, 0.62, 1), kRegion(0.15, 0.60, 0.30, 0.25), kArm(
     kHand(0.35, 0.35, 0.40, 1);
 constexpr double kRegionHeight = 1e-3;  // Of a flat one, m.
 
-Value Xyz(const Eigen::Vector3d& v) {
-  return Value::Object().Set("x", v.x()).Set("y", v.y()).Set("z", v.z());
-}
-
 Value PoseValue(const math::Pose& X) {
-  const Eigen::Quaterniond q = X.Quaternion();
   return Value::Object()
-      .Set("position", Xyz(X.p))
-      .Set("orientation", Value::Object().Set("x", q.x()).Set("y", q.y()).Set("z", q.z()).Set("w", q.w()));
+      .Set("position", VectorValue(X.p))
+      .Set("orientation", QuaternionValue(X.Quaternion()));
 }
 
 Value ColourValue(const Colour& c) {
@@ -86,14 +82,17 @@ class Entity {
 
  private:
   static Value Sized(const math::Pose& X, const Eigen::Vector3d& size, const Colour& colour) {
-    return Value::Object().Set("pose", PoseValue(X)).Set("size", Xyz(size)).Set("color", ColourValue(colour));
+    return Value::Object()
+        .Set("pose", PoseValue(X))
+        .Set("size", VectorValue(size))
+        .Set("color", ColourValue(colour));
   }
   void AddBall(const math::Pose& X, double radius, const Colour& colour) {
     spheres_.Append(Sized(X, Eigen::Vector3d::Constant(2 * radius), colour));
   }
   void AddHull(const math::Pose& X, const geometry::Polytope& polytope, const Colour& colour) {
     Value points = Value::Array(), indices = Value::Array();
-    for (const Eigen::Vector3d& vertex : polytope.vertices) points.Append(Xyz(vertex));
+    for (const Eigen::Vector3d& vertex : polytope.vertices) points.Append(VectorValue(vertex));
     for (const geometry::Polytope::Face& face : polytope.faces) {
       for (size_t i = 2; i < face.corners.size(); ++i) {
         for (const int corner : {face.corners[0], face.corners[i - 1], face.corners[i]})

@@ -72,13 +72,6 @@ void MarginMonitor::Take(size_t margin, double value, double time, const std::st
   taken.what = what;
 }
 
-bool MarginMonitor::IsAllowed(const execution::PlanRunner& runner, const std::string& a,
-                              const std::string& b) const {
-  return std::any_of(runner.allowed().begin(), runner.allowed().end(), [&](const auto& pair) {
-    return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
-  });
-}
-
 double MarginMonitor::Distance(int a, int b, double below) const {
   double least = below;
   for (const control::ArmBodies::Part* p = bodies_.begin(a); p != bodies_.end(a); ++p) {
@@ -96,7 +89,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
   for (const Clearance& clearance : clearances_) {
     const int b = bodies_.object(clearance.object);
     const std::string& name = bodies_.name(b);
-    const bool to_hand = clearance.object == held || IsAllowed(runner, "hand", name);
+    const bool to_hand = clearance.object == held || runner.Allows("hand", name);
     // Pairs further apart than the least distance so far need no exact distance.
     double least = range_;
     std::string what;
@@ -110,7 +103,7 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
       if (bodies_.link(a) == 0 || (bodies_.link(a) == model_->dof() && to_hand)) continue;
       look(a);
     }
-    if (clearance.held && held >= 0 && held != clearance.object && !IsAllowed(runner, runner.held(), name)) {
+    if (clearance.held && held >= 0 && held != clearance.object && !runner.Allows(runner.held(), name)) {
       look(bodies_.object(held));
     }
     Take(clearance.margin, least - clearance.distance, time, what);

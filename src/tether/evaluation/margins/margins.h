@@ -62,7 +62,6 @@ class MarginMonitor {
   };
 
   void Take(size_t margin, double value, double time, const std::string& what);
-  bool IsAllowed(const execution::PlanRunner& runner, const std::string& a, const std::string& b) const;
   double Distance(int a, int b, double below) const;
   void ObserveField(const control::FieldConstraint& field, size_t margin, int held, double time);
   void ObserveClearances(double time, const execution::PlanRunner& runner);

@@ -32,32 +32,25 @@ RunMargins::RunMargins(const scenario::Scenario& scenario, const scene::Scene& s
       uses_torques_(UsesTorques(scenario)),
       monitor_(scene, scenario.models, robot_, Measured(scenario, scene), uses_torques_ ? kNear : kRange),
       torques_(scenario.models.at(robot_), scenario.execution.max_force, period, uses_torques_),
-      vacate_(scene, robot_, scenario.models.at(robot_), Measured(scenario, scene), period),
-      V_WO_(scene.objects.size()) {}
+      vacate_(scene, robot_, scenario.models.at(robot_), Measured(scenario, scene), period) {}
 
 void RunMargins::FindUnintended(const sim::World& world, const execution::PlanRunner& runner) {
   const std::string& held = runner.held();
-  const auto allowed = [&](const std::string& a, const std::string& b) {
-    return std::any_of(runner.allowed().begin(), runner.allowed().end(), [&](const auto& pair) {
-      return (pair.first == a && pair.second == b) || (pair.first == b && pair.second == a);
-    });
-  };
   unintended_.clear();
   const auto add = [&](const std::string& a, const std::string& b) {
     const sim::World::Touch touch = world.Touching(a, b);
     unintended_.push_back({a, b, touch.force, touch.speed > kFast});
   };
   for (const scene::Object& object : scene_.objects) {
-    if (object.name != held && !allowed("hand", object.name)) add(robot_, object.name);
-    if (!held.empty() && object.name != held && !allowed(held, object.name)) add(held, object.name);
+    if (object.name != held && !runner.Allows("hand", object.name)) add(robot_, object.name);
+    if (!held.empty() && object.name != held && !runner.Allows(held, object.name)) add(held, object.name);
   }
 }
 
 void RunMargins::Observe(const sim::World& world, const scene::WorldEstimate& truth,
                          const robot::Observations& observations, const robot::Commands& commands,
                          const execution::PlanRunner& runner) {
-  for (size_t i = 0; i < V_WO_.size(); ++i) V_WO_[i] = world.ObjectVelocity(scene_.objects[i].name);
-  vacate_.Observe(truth, V_WO_, observations.at(robot_), runner);
+  vacate_.Observe(world, truth, observations.at(robot_), runner);
   monitor_.Observe(truth, observations, runner, world.IsPushed(robot_, kAfterPush), vacate_.could_vacate());
   FindUnintended(world, runner);
   torques_.Observe(truth.time, commands.at(robot_).torque, unintended_);

@@ -37,7 +37,6 @@ class RunMargins {
   TorqueMargins torques_;
   VacateMonitor vacate_;
   std::vector<PairForce> unintended_;
-  std::vector<math::Vector6d> V_WO_;
   std::vector<Margin> all_;
 };
 

@@ -69,13 +69,14 @@ void VacateMonitor::Allow(const execution::PlanRunner& runner) {
   controller_.Allow(pairs);
 }
 
-void VacateMonitor::Observe(const scene::WorldEstimate& truth, const std::vector<math::Vector6d>& V_WO,
+void VacateMonitor::Observe(const sim::World& world, const scene::WorldEstimate& truth,
                             const robot::Observation& seen, const execution::PlanRunner& runner) {
   ++since_;
   if (tick_++ % every_ != 0) return;
   Allow(runner);
   for (size_t i = 0; i < objects_.size(); ++i) {
-    objects_[i] = {truth.X_WO.at(scene_.solids()[i].name), V_WO[i]};
+    const std::string& name = scene_.solids()[i].name;
+    objects_[i] = {truth.X_WO.at(name), world.ObjectVelocity(name)};
   }
   controller_.Compute({seen.q, seen.gripper_opening, objects_}, nullptr);
   if (controller_.flags().relaxed || controller_.flags().fault) since_ = 0;

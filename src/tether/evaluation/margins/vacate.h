@@ -11,6 +11,7 @@
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/robot/interface.h"
 #include "tether/scene/scene.h"
+#include "tether/sim/world.h"
 
 namespace tether::evaluation {
 
@@ -23,9 +24,9 @@ class VacateMonitor {
                 const std::shared_ptr<const robot::Model>& model,
                 const std::vector<control::ConstraintSpec>& constraints, double period);
 
-  /// One tick. `V_WO`: velocities of the objects in the world, in the scene's order, m/s and rad/s.
-  void Observe(const scene::WorldEstimate& truth, const std::vector<math::Vector6d>& V_WO,
-               const robot::Observation& seen, const execution::PlanRunner& runner);
+  /// One tick. The objects' velocities are the world's.
+  void Observe(const sim::World& world, const scene::WorldEstimate& truth, const robot::Observation& seen,
+               const execution::PlanRunner& runner);
   bool could_vacate() const { return since_ >= ticks_; }
 
  private:

@@ -284,6 +284,14 @@ class McapReader {
 
 }  // namespace
 
+ByteSource BytesOf(std::string_view text) {
+  return [text](char* buffer, size_t size) mutable {
+    const size_t got = text.copy(buffer, size);
+    text.remove_prefix(got);
+    return got;
+  };
+}
+
 std::optional<McapProblem> ReadMcap(const ByteSource& source, const std::string& file, McapHandler& handler) {
   return McapReader(source, file, handler).Read();
 }

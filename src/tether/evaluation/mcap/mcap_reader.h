@@ -32,6 +32,9 @@ struct McapProblem {
 /// Fills a buffer with the next bytes of a file; fewer than asked for only at its end.
 using ByteSource = std::function<size_t(char* buffer, size_t size)>;
 
+/// The bytes of a text, which must outlive the source.
+ByteSource BytesOf(std::string_view text);
+
 /// Reads an MCAP file from its beginning as far as it goes: to its end, or to where it was cut off, or where
 /// a record is malformed or a checksum is wrong. Everything before is handed over. Throws InputError, naming
 /// `file`, if it is no MCAP file or of another version.

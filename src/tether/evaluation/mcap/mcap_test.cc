@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "tether/common/error.h"
 #include "tether/evaluation/mcap/crc32.h"
 #include "tether/evaluation/mcap/mcap_reader.h"
@@ -35,14 +33,7 @@ struct Seen : McapHandler {
 
 Seen Read(const std::string& bytes) {
   Seen seen;
-  size_t at = 0;
-  const ByteSource source = [&](char* buffer, size_t size) {
-    const size_t got = std::min(size, bytes.size() - at);
-    std::memcpy(buffer, bytes.data() + at, got);
-    at += got;
-    return got;
-  };
-  seen.problem = ReadMcap(source, "a.mcap", seen);
+  seen.problem = ReadMcap(BytesOf(bytes), "a.mcap", seen);
   return seen;
 }
 

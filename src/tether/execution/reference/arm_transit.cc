@@ -63,7 +63,7 @@ bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal
   if (!transit_.found()) return false;
   seen_.clear();
   for (const control::MovingPose& object : s_.objects) seen_.push_back(object.X);
-  Time();
+  Time(std::move(problem.snapshot));
   time_ = 0;
   rate_ = 1;
   next_look_ = 0;
@@ -72,12 +72,11 @@ bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal
   return true;
 }
 
-void ArmTransit::Time() {
+void ArmTransit::Time(motion::Snapshot snapshot) {
   const motion::JointLimits limits =
       motion::LimitsOf(*s_.model, options_.velocity_share, options_.acceleration_share, options_.jerk_share);
   trajectory_ = motion::TimePath(transit_.path, limits);
   // Corners are cut by a little: where even that is too much, the arm stops at them.
-  motion::Snapshot snapshot = TakeSnapshot();
   snapshot.clearance = kShare * transit_.clearance;
   motion::PathChecker checker(motion::CollisionScene::Compile(snapshot));
   const Eigen::MatrixXd& samples = trajectory_.samples();

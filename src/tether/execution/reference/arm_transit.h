@@ -63,7 +63,7 @@ class ArmTransit {
 
  private:
   motion::Snapshot TakeSnapshot() const;
-  void Time();
+  void Time(motion::Snapshot snapshot);
 
   const Situation& s_;
   const ArmTransitOptions options_;

@@ -57,6 +57,8 @@ class PlanRunner {
   virtual int replans() const { return 0; }
   /// Pairs that the present step may bring into contact: names of objects, and "hand".
   virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
+  /// Whether the present step may bring these two into contact, in either order.
+  bool Allows(const std::string& a, const std::string& b) const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

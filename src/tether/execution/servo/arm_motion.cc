@@ -14,9 +14,6 @@ constexpr double kMoved = 0.02, kMovedTurned = 0.15;
 // … as often as this in a reach; then the hand goes straight.
 constexpr int kMostTransits = 6;
 
-// So far above a goal at which something is touched, m.
-constexpr double kRise = 0.02;
-
 const math::Pose& HalfTurn() {
   static const math::Pose turn(math::ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi)),
                                Eigen::Vector3d::Zero());
@@ -37,12 +34,9 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
       (s_.X_WH.p - (s_.X_WB * X_BH).p).norm() < kNear)
     return;
   std::vector<motion::TransitGoal> goals;
-  const auto add = [&](const math::Pose& X_ToolHand, bool planned, double rise) {
+  const auto add = [&](const math::Pose& X_ToolHand, bool planned, bool above) {
     motion::TransitGoal goal{hand(verb, X_ToolHand), {}, {}};
-    if (rise > 0) {
-      goal.then.push_back(goal.X_BH);
-      goal.X_BH.p += rise * s_.X_WB.R.row(2).transpose();
-    }
+    if (above) motion::EndAbove(goal, s_.X_WB.R.row(2));
     for (size_t i = static_cast<size_t>(s_.verb) + 1; i < s_.verbs().size(); ++i) {
       if (const auto* next = std::get_if<planning::ReachVerb>(&s_.verbs()[i]))
         goal.then.push_back(hand(*next, X_ToolHand));
@@ -50,17 +44,17 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
     if (planned) goal.near = s_.plan_step().q;
     goals.push_back(std::move(goal));
   };
-  const auto begin = [&](double rise) {
+  const auto begin = [&](bool above) {
     goals.clear();
-    add(choose ? math::Pose() : X_ToolHand_, true, rise);
-    if (choose) add(HalfTurn(), false, rise);
+    add(choose ? math::Pose() : X_ToolHand_, true, above);
+    if (choose) add(HalfTurn(), false, above);
     const std::optional<planning::StepMotion>& planned = s_.plan_step().motion;
     return transit_.Begin(
         from, std::move(goals), [this](ObjectId object) { return MovesWithHand(object); },
         planned ? &planned->path : nullptr);
   };
   // Where what is held touches something at the goal, the path ends above.
-  const bool found = begin(0) || (transit_.status() == motion::PathStatus::kNoFreeGoal && begin(kRise));
+  const bool found = begin(false) || (transit_.status() == motion::PathStatus::kNoFreeGoal && begin(true));
   if (!found) {
     s_.Record(EventKind::kClearance, "no path of the arm was found: " + transit_.why());
     return;

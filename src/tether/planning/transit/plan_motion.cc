@@ -22,8 +22,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using math::Pose;
 
-// Where the goal itself touches something that the step intends, the path ends so far above, m.
-constexpr double kRise = 0.02;
 // Paths keep this from everything where there is room, m.
 constexpr double kClearance = 0.01;
 constexpr int64_t kMaxChecks = 400'000;
@@ -152,9 +150,8 @@ class MotionPlanner {
     transit_problem.max_checks = kMaxChecks;
     motion::Transit transit = motion::FindTransit(transit_problem);
     if (transit.status == motion::PathStatus::kNoFreeGoal) {
-      motion::TransitGoal& above = transit_problem.goals.front();
-      above.then.insert(above.then.begin(), above.X_BH);
-      above.X_BH.p += kRise * problem_.robot.X_WBase.R.row(2).transpose();
+      // Something that the step intends is touched at the goal itself.
+      motion::EndAbove(transit_problem.goals.front(), problem_.robot.X_WBase.R.row(2));
       const motion::Transit raised = motion::FindTransit(transit_problem);
       if (raised.found()) transit = raised;
     }
