@@ -2,30 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/evaluation/plan_and_run.h"
 #include "testing/scenario/test_scenarios.h"
-#include "tether/evaluation/run.h"
 #include "tether/scenario/events.h"
-#include "tether/scenario/perturb.h"
-#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
 
-struct Outcome {
-  planning::PlanReport planning;
-  RunReport run;
-};
-
-/// Plans and runs a shipped scene as the command line does.
-Outcome PlanAndRun(const std::string& name, uint64_t seed, const std::string& events = "") {
+/// A shipped scene with the events of the scenario, or those of a file beside it.
+PlannedRun RunShipped(const std::string& name, uint64_t seed, const std::string& events = "") {
   const scenario::Scenario scenario = scenario::Shipped(name);
-  const auto task = scenario::MakeTask(scenario);
-  const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, seed);
-  scenario::PlanningOverrides overrides;
-  overrides.seed = seed;
-  Outcome outcome;
-  outcome.planning = planning::PlanTask(scenario::MakeProblem(scenario, scene, overrides), *task);
-  if (outcome.planning.best() == nullptr) return outcome;
   RunOptions options;
   options.seed = seed;
   options.events = scenario.events;
@@ -34,8 +20,7 @@ Outcome PlanAndRun(const std::string& name, uint64_t seed, const std::string& ev
         scenario::ReadEvents(std::string(TETHER_SOURCE_DIR) + "/scenarios/" + name + "/" + events,
                              {&scenario.scene, &scenario.actions});
   }
-  outcome.run = RunPlan(scenario, scene, *task, outcome.planning.best()->plan, options);
-  return outcome;
+  return PlanAndRun(scenario, options);
 }
 
 int Count(const RunReport& report, const std::string& kind) {
@@ -47,7 +32,7 @@ int Count(const RunReport& report, const std::string& kind) {
 class ShippedScenes : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedScenes, ReachTheirGoalFromAPerturbedStart) {
-  const Outcome outcome = PlanAndRun(GetParam(), 4);
+  const PlannedRun outcome = RunShipped(GetParam(), 4);
   ASSERT_TRUE(outcome.planning.ok()) << outcome.planning.message;
   EXPECT_TRUE(outcome.planning.complete);
   for (const planning::CandidateReport& candidate : outcome.planning.candidates) {
@@ -65,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedScenes,
                                            "press"));
 
 TEST(VelocityScenes, KeepEveryConstraint) {
-  const Outcome outcome = PlanAndRun("cups", 2);
+  const PlannedRun outcome = RunShipped("cups", 2);
   ASSERT_TRUE(outcome.planning.ok()) << outcome.planning.message;
   EXPECT_EQ(outcome.run.status, RunStatus::kSuccess) << outcome.run.reason;
   EXPECT_EQ(outcome.run.replans, 0);
@@ -76,7 +61,7 @@ TEST(VelocityScenes, KeepEveryConstraint) {
 class Disturbances : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Disturbances, AreFollowedWithoutANewPlan) {
-  const Outcome outcome = PlanAndRun("workspace_reach", 2, GetParam());
+  const PlannedRun outcome = RunShipped("workspace_reach", 2, GetParam());
   ASSERT_TRUE(outcome.planning.ok()) << outcome.planning.message;
   EXPECT_EQ(Count(outcome.run, "disturbance"), 1);
   EXPECT_EQ(outcome.run.status, RunStatus::kSuccess) << outcome.run.reason;
@@ -93,8 +78,8 @@ std::string Timeless(RunReport report) {
 }
 
 TEST(ShippedScenesTest, TheSameSeedGivesTheSameReportBitForBit) {
-  const std::string first = Timeless(PlanAndRun("stacking", 3).run);
-  EXPECT_EQ(first, Timeless(PlanAndRun("stacking", 3).run));
+  const std::string first = Timeless(RunShipped("stacking", 3).run);
+  EXPECT_EQ(first, Timeless(RunShipped("stacking", 3).run));
 }
 
 }  // namespace

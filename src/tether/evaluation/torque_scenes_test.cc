@@ -2,35 +2,26 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/evaluation/plan_and_run.h"
 #include "testing/scenario/test_scenarios.h"
-#include "tether/evaluation/run.h"
-#include "tether/scenario/perturb.h"
-#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
 
-RunReport PlanAndRun(const std::string& name, uint64_t seed,
-                     const std::vector<scenario::Event>& events = {}) {
+RunReport RunWithTorques(const std::string& name, uint64_t seed,
+                         const std::vector<scenario::Event>& events = {}) {
   scenario::Scenario scenario = scenario::Shipped(name);
   scenario.execution.controller = scenario::Controller::kConstrainedTorque;
-  const auto task = scenario::MakeTask(scenario);
-  const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, seed);
-  scenario::PlanningOverrides overrides;
-  overrides.seed = seed;
-  const planning::PlanReport report =
-      planning::PlanTask(scenario::MakeProblem(scenario, scene, overrides), *task);
-  if (report.best() == nullptr) return {};
   RunOptions options;
   options.seed = seed;
   options.events = events;
-  return RunPlan(scenario, scene, *task, report.best()->plan, options);
+  return PlanAndRun(scenario, options).run;
 }
 
 class TorqueScenes : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(TorqueScenes, ReachTheirGoalWithinAllLimits) {
-  const RunReport run = PlanAndRun(GetParam(), 4);
+  const RunReport run = RunWithTorques(GetParam(), 4);
   EXPECT_EQ(run.status, RunStatus::kSuccess) << run.reason;
   EXPECT_GT(run.margins.size(), 6u);
   bool torque_rate = false, force = false, velocity = false;
@@ -70,7 +61,7 @@ TEST_P(TorqueFinds, NothingIsExceededAndNothingIsPressed) {
   event.parent = given.parent;
   event.has_goal = !given.parent.empty();
   event.X_by.p = event.X_ParentGoal.p = given.by;
-  const RunReport run = PlanAndRun("stacking", given.seed, {event});
+  const RunReport run = RunWithTorques("stacking", given.seed, {event});
   int disturbances = 0;
   for (const RunEvent& happened : run.events) disturbances += happened.kind == "disturbance" ? 1 : 0;
   EXPECT_EQ(disturbances, 1);

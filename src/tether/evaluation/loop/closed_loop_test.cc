@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "testing/evaluation/plan_and_run.h"
 #include "testing/scenario/test_scenarios.h"
-#include "tether/evaluation/run.h"
-#include "tether/scenario/perturb.h"
-#include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
 namespace {
@@ -27,14 +25,6 @@ struct Change {
 void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
 
 RunReport RunWith(const Change& change, bool replan) {
-  const scenario::Scenario scenario = scenario::Shipped(change.scene);
-  const auto task = scenario::MakeTask(scenario);
-  const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, 3);
-  scenario::PlanningOverrides overrides;
-  overrides.seed = 3;
-  const planning::PlanReport report =
-      planning::PlanTask(scenario::MakeProblem(scenario, scene, overrides), *task);
-  if (report.best() == nullptr) return {};
   scenario::Event event;
   event.starts = change.starts;
   event.time = change.time;
@@ -47,7 +37,7 @@ RunReport RunWith(const Change& change, bool replan) {
   options.seed = 3;
   options.replan = replan;
   options.events = {event};
-  return RunPlan(scenario, scene, *task, report.best()->plan, options);
+  return PlanAndRun(scenario::Shipped(change.scene), options).run;
 }
 
 std::string ReplansOf(const RunReport& run) {
