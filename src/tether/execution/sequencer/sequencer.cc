@@ -23,6 +23,7 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       options_(options),
       trackers_(s_.objects.size()),
       invalid_(s_.objects.size(), false),
+      seen_at_(s_.objects.size(), 0.0),
       hands_(static_cast<size_t>(std::ceil(kHandHistory / options.period)) + 1) {
   servo_->Prepare(&commands_);
 }
@@ -64,7 +65,8 @@ void Sequencer::Begin() {
   started_ = true;
   servo_->Begin();
   if (options_.replanning.plan_anew)
-    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions);
+    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions,
+                                         options_.replanning.goal);
   if (s_.in_plan()) {
     EnterStep(0);
   } else {
@@ -102,7 +104,10 @@ void Sequencer::FinishStep() {
   if (MissedItsRegion()) return;
   const int action = s_.plan_step().action_index;
   const bool last = s_.step + 1 == s_.num_steps();
-  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) monitor_->Finish(action);
+  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) {
+    monitor_->Finish(action);
+    failures_.clear();
+  }
   if (!last) {
     EnterStep(s_.step + 1);
   } else if (monitor_) {
@@ -144,7 +149,8 @@ void Sequencer::Advance() {
     } else {
       FinishStep();
     }
-  } while (options_.passes_at_once && running());
+    // Where a plan is waited for, or the goal is looked at, there is no verb to go on with.
+  } while (options_.passes_at_once && running() && !pending_ && !waiting_ && s_.in_plan());
 }
 
 void Sequencer::Abort(const Progress& progress) {
@@ -196,6 +202,7 @@ void Sequencer::Recover(bool open) {
 
 void Sequencer::GiveUp(const std::string& reason) {
   std::string why;
+  if (monitor_) ++failures_[s_.plan.actions[ToIndex(s_.plan_step().action_index)]];
   if (monitor_ ? AskForPlan(reason, &why) : TryAlternative(&why)) return;
   Fail(why.empty() ? reason : reason + "; " + why);
 }

@@ -49,6 +49,7 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
+  bool ChangeGoal(const Goal& goal) override;
   const std::vector<std::pair<std::string, std::string>>& allowed() const override {
     return servo_->allowed();
   }
@@ -84,6 +85,10 @@ class Sequencer : public PlanRunner {
   void Watch();
   bool ContinueLoop();
   bool AskForPlan(const std::string& reason, std::string* why);
+  PlanRequest MakeRequest();
+  void Request(PlanRequest request, int action, const std::string& reason);
+  void AskAgain();
+  void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
   bool AllowsAction(int action);
   void Verify();
@@ -114,7 +119,8 @@ class Sequencer : public PlanRunner {
   robot::Commands commands_;
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
-  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
+  IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   struct TimedPose {
     double time = -1;
@@ -148,11 +154,25 @@ class Sequencer : public PlanRunner {
     int action = 0;  ///< It takes the place of the plan's actions from this one on.
     double due = 0;  ///< s
     std::string reason;
+    int goals = 0;  ///< The goal was changed so many times before.
+    PlanRequest request;
   };
   std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
   std::optional<Pending> pending_;
-  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
-  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  /// A plan is asked for again.
+  struct Again {
+    double due = 0;  ///< s
+    std::string reason;
+    int action = 0;  ///< As Pending has it.
+  };
+  std::optional<Again> ask_again_;
+  int ask_action_ = 0;
+  std::optional<Goal> new_goal_;         ///< That no plan has been adopted for yet.
+  int goals_ = 0;                        ///< Times that the goal was changed.
+  PlanRequest in_vain_;                  ///< What no plan was found for last …
+  std::string why_not_;                  ///< … and why.
+  int fruitless_ = 0;                    ///< Times in a row that no plan was found.
+  std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 

@@ -11,6 +11,8 @@ namespace {
 // as good as new.
 constexpr double kHeldFollows = 0.3;
 constexpr double kFresh = 1.5;
+// What has not been measured for so long may be anywhere, s.
+constexpr double kUnseen = 0.5;
 
 bool IsFinite(const math::Pose& X) { return X.R.allFinite() && X.p.allFinite(); }
 
@@ -31,7 +33,7 @@ void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
       tracker.Predict(estimate_time_);
       tracker.Correct(*measured);
     }
-    now = {tracker.At(s_.time), tracker.V_WF()};
+    now = {tracker.At(s_.time), tracker.V_WF(), now.seen};
   } else if (!usable) {
     now.V.setZero();
   } else {
@@ -44,13 +46,19 @@ void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
     } else {
       tracker.Reset(*measured, estimate_time_);
     }
-    now = {tracker.exact() && IsFresh() ? *measured : tracker.At(s_.time), tracker.V_WF()};
+    now = {tracker.exact() && IsFresh() ? *measured : tracker.At(s_.time), tracker.V_WF(), now.seen};
   }
   if (bad && (news || !sensed_) && !invalid_[object]) {
     s_.Record(EventKind::kEstimateInvalid,
               "the pose of '" + s_.object_name(object) + "' is not finite; the last one is used");
   }
   if (news || !sensed_) invalid_[object] = !usable;
+  if (usable || !sensed_) seen_at_[object] = s_.time;
+  const bool seen = s_.time - seen_at_[object] < kUnseen || object == s_.held;
+  if (seen != now.seen)
+    s_.Record(EventKind::kSight,
+              "'" + s_.object_name(object) + (seen ? "' is seen again" : "' is not seen any more"));
+  now.seen = seen;
 }
 
 void Sequencer::Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen) {
