@@ -98,6 +98,8 @@ class World : public robot::Interface {
   /// duration that is not positive.
   void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration,
                   bool steady = false);
+  /// Whether MoveObject() is driving the object, or the fixed one that it is mounted on.
+  bool IsDriven(const std::string& object) const;
 
  private:
   friend class Renderer;
