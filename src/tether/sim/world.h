@@ -99,6 +99,8 @@ class World : public robot::Interface {
   /// duration that is not positive.
   void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration,
                   bool steady = false);
+  /// Whether MoveObject() is driving the object, or the fixed one that it is mounted on.
+  bool IsDriven(const std::string& object) const;
 
   // Disturbances of a movable object; all throw InputError for one that isn't there or is fixed, and for
   // values that are not finite.

@@ -86,6 +86,7 @@ Progress VelocityServo::WatchProgress(double error) {
 void VelocityServo::LeaveDetour() {
   path_.clear();
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
 }
 
