@@ -20,6 +20,7 @@
 #include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/plan/plan_file.h"
 #include "tether/robot/kinematics.h"
+#include "tether/sim/fault_model.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/sensor_model.h"
 #include "tether/sim/world.h"
@@ -143,6 +144,7 @@ class Run {
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
     options.servo.max_force_where = settings.max_force_where;
+    options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
     return options;
   }
 
@@ -188,8 +190,10 @@ class Run {
     world_.Truth(&truth_);
     history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
-    const bool exact = sensors_.exact();
+    const bool faulty = faults_.active(world_.time());
+    const bool exact = sensors_.exact() && !faulty;
     if (!exact) sensors_.Sense(truth_, observations_, &estimate_, &sensed_);
+    if (faulty) faults_.Distort(world_.time(), &estimate_, &sensed_);
     const robot::Commands& commands =
         exact ? runner_->Step(truth_, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
@@ -200,13 +204,20 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb();
+    Disturb(exact, commands);
     Log(&commands);
-    world_.Apply(commands, period_);
+    Apply(commands);
     if (options_.realtime) {
       std::this_thread::sleep_until(
           begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
     }
+  }
+
+  void Apply(const robot::Commands& commands) {
+    if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
+    distorted_ = commands;
+    faults_.Distort(world_.time(), &distorted_);
+    world_.Apply(distorted_, period_);
   }
 
   /// Hands the recorder what this tick is.
@@ -234,7 +245,7 @@ class Run {
     }
   }
 
-  void Disturb() {
+  void Disturb(bool exact, const robot::Commands& commands) {
     for (size_t i = 0; i < options_.events.size(); ++i) {
       const scenario::Event& event = options_.events[i];
       const bool starts = std::find(started_.begin(), started_.end(), event.starts) != started_.end();
@@ -242,7 +253,10 @@ class Run {
       if (done_[i] || !now) continue;
       done_[i] = true;
       Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      if (!event.robot.empty()) {
+      if (event.fault) {
+        faults_.Start(*event.fault, world_.time(), exact ? truth_ : estimate_,
+                      exact ? observations_ : sensed_, commands);
+      } else if (!event.robot.empty()) {
         world_.PushArm(event.robot, event.torques, event.over);
       } else {
         world_.MoveObject(event.object, Goal(event), event.over, event.steady);
@@ -372,6 +386,8 @@ class Run {
   robot::Observations observations_;
   scene::WorldEstimate estimate_;  ///< What sensors give of the truth, where they are not exact.
   robot::Observations sensed_;
+  sim::FaultModel faults_;
+  robot::Commands distorted_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
   std::vector<std::string> started_;  ///< Actions that started in this tick.
@@ -409,6 +425,7 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   const scenario::ExecutionSettings& settings = scenario.execution;
   execution::VelocityExecutiveOptions options;
   options.period = 1.0 / settings.rate;
+  options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
   options.constraints = scenario.control_constraints;
   if (settings.controller != scenario::Controller::kConstrainedVelocity) {
     control::OperationalSpaceGains& gains = options.torque.gains;

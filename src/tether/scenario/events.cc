@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tether/common/document/reader.h"
+#include "tether/scenario/fault_reader.h"
 #include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {
@@ -29,10 +30,17 @@ class EventParser {
     ObjectReader reader(value, "event", diagnostics_);
     if (const Value* when = reader.Required("when", "{starts: pick(box)} or {time: 2.0}"))
       ReadWhen(*when, event);
-    if (const Value* push = reader.Optional("push")) {
-      ReadPush(*push, event);
+    const Value* push = reader.Optional("push");
+    const Value* fault = reader.Optional("fault");
+    if (push != nullptr || fault != nullptr) {
+      if (push != nullptr) ReadPush(*push, event);
+      if (fault != nullptr) event.fault = FaultParser(names_, diagnostics_).Parse(*fault);
+      if (push != nullptr && fault != nullptr)
+        diagnostics_.Add(fault->where(), "event has both 'push' and 'fault'", "one of them");
       if (const Value* move = reader.Optional("move"))
-        diagnostics_.Add(move->where(), "event has both 'push' and 'move'", "one of them");
+        diagnostics_.Add(move->where(),
+                         std::string("event has both '") + (push ? "push" : "fault") + "' and 'move'",
+                         "one of them");
     } else if (const Value* move = reader.Required("move", "{object: box, by: [0, 0.1, 0], over: 1.0}")) {
       ReadMove(*move, event);
     }
@@ -186,6 +194,7 @@ class EventParser {
 }  // namespace
 
 std::string Event::Describe() const {
+  if (fault) return DescribeFault(*fault);
   if (!robot.empty()) {
     std::string text;
     for (const double torque : torques) text += (text.empty() ? "(" : ", ") + Value(torque).AsText();

@@ -42,6 +42,10 @@ std::string_view ToString(EventKind kind) {
       return "estimate_invalid";
     case EventKind::kSafety:
       return "safety";
+    case EventKind::kFault:
+      return "fault";
+    case EventKind::kRecovered:
+      return "recovered";
     case EventKind::kFinished:
       return "finished";
     case EventKind::kFailed:

@@ -28,6 +28,8 @@ enum class EventKind {
   kRetry,            ///< Execution resumes at `step`.
   kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.
   kSafety,           ///< The controller kept the arm from something: see `text`.
+  kFault,            ///< Something is not measured, or does not answer; the arm is stopped.
+  kRecovered,        ///< … and the arm goes on.
   kFinished,
   kFailed,
 };
