@@ -20,6 +20,7 @@
 #include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/modes/region_domain.h"
 #include "tether/robot/kinematics.h"
+#include "tether/sim/fault_model.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/sensor_model.h"
 #include "tether/sim/world.h"
@@ -148,6 +149,7 @@ class Run {
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
     options.servo.max_force_where = settings.max_force_where;
+    options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
     return options;
   }
 
@@ -194,8 +196,10 @@ class Run {
     history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
     const scene::WorldEstimate& visible = Visible();
-    const bool exact = sensors_.exact();
+    const bool faulty = faults_.active(world_.time());
+    const bool exact = sensors_.exact() && !faulty;
     if (!exact) sensors_.Sense(visible, observations_, &estimate_, &sensed_);
+    if (faulty) faults_.Distort(world_.time(), &estimate_, &sensed_);
     const robot::Commands& commands =
         exact ? runner_->Step(visible, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
@@ -206,9 +210,9 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb();
+    Disturb(exact, commands);
     Log(&commands);
-    world_.Apply(commands, period_);
+    Apply(commands);
     if (options_.realtime) {
       std::this_thread::sleep_until(
           begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
@@ -220,6 +224,13 @@ class Run {
     visible_ = truth_;
     for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
     return visible_;
+  }
+
+  void Apply(const robot::Commands& commands) {
+    if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
+    distorted_ = commands;
+    faults_.Distort(world_.time(), &distorted_);
+    world_.Apply(distorted_, period_);
   }
 
   /// Hands the recorder what this tick is.
@@ -247,12 +258,14 @@ class Run {
     }
   }
 
-  void Disturb() {
+  void Disturb(bool exact, const robot::Commands& commands) {
     const int done = ActionsDone();
     for (; ended_ < done && ended_ < static_cast<int>(runner_->plan().actions.size()); ++ended_)
       moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
     for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
       Record(world_.time(), "disturbance", runner_->step(), event->Describe());
+      if (const auto* fault = std::get_if<robot::Fault>(&event->other))
+        faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_, commands);
       if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
     }
     moment_ = {};
@@ -391,6 +404,8 @@ class Run {
   robot::Observations observations_;
   scene::WorldEstimate estimate_;  ///< What sensors give of the truth, where they are not exact.
   robot::Observations sensed_;
+  sim::FaultModel faults_;
+  robot::Commands distorted_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
   Disturber disturber_;
@@ -412,6 +427,7 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   const scenario::ExecutionSettings& settings = scenario.execution;
   execution::VelocityExecutiveOptions options;
   options.period = 1.0 / settings.rate;
+  options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
   options.constraints = scenario.control_constraints;
   if (settings.controller != scenario::Controller::kConstrainedVelocity) {
     control::OperationalSpaceGains& gains = options.torque.gains;

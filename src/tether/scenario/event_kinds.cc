@@ -6,6 +6,7 @@
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
 #include "tether/scenario/event_reader.h"
+#include "tether/scenario/fault_reader.h"
 #include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {
@@ -163,6 +164,10 @@ void EventReader::ReadAlteration(const Value& value, Event& event) {
   if (value.is_object() && !set.mass && !set.friction && !set.grow)
     diagnostics_.Add(value.where(), "'set' of event sets nothing", "'mass', 'friction' or 'size'");
   event.other = set;
+}
+
+void EventReader::ReadFault(const Value& value, Event& event) {
+  event.other = FaultParser(names_, diagnostics_).Parse(value);
 }
 
 void EventReader::ReadGoal(const Value& value, Event& event) {

@@ -49,7 +49,8 @@ Event EventReader::Read(const Value& value) {
       {"push", &EventReader::ReadPush},      {"push_arm", &EventReader::ReadPush},
       {"remove", &EventReader::ReadRemoval}, {"add", &EventReader::ReadReturn},
       {"pull", &EventReader::ReadPull},      {"knock", &EventReader::ReadKnock},
-      {"set", &EventReader::ReadAlteration}, {"goal", &EventReader::ReadGoal}};
+      {"set", &EventReader::ReadAlteration}, {"goal", &EventReader::ReadGoal},
+      {"fault", &EventReader::ReadFault}};
   const char* first = nullptr;
   for (const auto& [key, read] : kinds) {
     const Value* what = reader.Optional(key);

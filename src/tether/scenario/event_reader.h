@@ -30,6 +30,7 @@ class EventReader {
   void ReadKnock(const Value& value, Event& event);
   void ReadAlteration(const Value& value, Event& event);
   void ReadGoal(const Value& value, Event& event);
+  void ReadFault(const Value& value, Event& event);
   /// `movable`: it needs a mass.
   void ReadObject(ObjectReader& reader, const std::string& what, bool movable, Event& event);
   void ReadDestination(const Value& value, Event& event);

@@ -4,6 +4,7 @@
 
 #include "tether/common/document/reader.h"
 #include "tether/scenario/event_reader.h"
+#include "tether/scenario/fault_reader.h"
 
 namespace tether::scenario {
 namespace {
@@ -43,6 +44,7 @@ struct DescribeOther {
     if (set.grow) text += " size " + Value(*set.grow).AsText() + " m more";
     return text;
   }
+  std::string operator()(const robot::Fault& fault) const { return DescribeFault(fault); }
   std::string operator()(const NewGoal& goal) const {
     return "the goal is now " + (goal.temporal ? goal.temporal->formula.ToString() : goal.pddl);
   }

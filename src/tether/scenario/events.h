@@ -8,6 +8,7 @@
 #include "tether/common/document/value.h"
 #include "tether/math/pose.h"
 #include "tether/planning/skeleton/action.h"
+#include "tether/robot/fault.h"
 #include "tether/scene/scene.h"
 #include "tether/symbolic/pddl/pddl.h"
 #include "tether/task/goal/product.h"
@@ -61,11 +62,14 @@ struct Event {
   Eigen::VectorXd torques;  ///< … with these joint torques, Nm.
   bool steady = false;      ///< At one speed, rather than rising and falling smoothly.
   /// In place of moving an object or pushing an arm.
-  std::variant<std::monostate, Removal, Return, Pull, Knock, Alteration, NewGoal> other;
+  std::variant<std::monostate, Removal, Return, Pull, Knock, Alteration, NewGoal,
+               robot::Fault>
+      other;
 
   bool at_time() const { return starts.empty() && ends.empty() && step < 0; }
 
-  /// "move box by (0, 0.1, 0) over 1 s", "push panda by (0, 10, 0, 0, 0, 0, 0) Nm over 0.3 s".
+  /// "move box by (0, 0.1, 0) over 1 s", "push panda by (0, 10, 0, 0, 0, 0, 0) Nm over 0.3 s",
+  /// "fault of panda: silence for 0.1 s".
   std::string Describe() const;
 };
 

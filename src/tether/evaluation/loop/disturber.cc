@@ -88,7 +88,9 @@ void Disturber::Begin(const scenario::Event& event, const scene::WorldEstimate& 
     void operator()(const scenario::Alteration& set) const {
       self.world_.ChangeObject(event.object, {set.mass, set.friction, set.grow});
     }
-    void operator()(const scenario::NewGoal&) const {}  // The caller's.
+    // The caller's:
+    void operator()(const scenario::NewGoal&) const {}
+    void operator()(const robot::Fault&) const {}
   };
   std::visit(Apply{*this, event, truth, held}, event.other);
 }

@@ -48,6 +48,10 @@ std::string_view ToString(EventKind kind) {
       return "sight";
     case EventKind::kSafety:
       return "safety";
+    case EventKind::kFault:
+      return "fault";
+    case EventKind::kRecovered:
+      return "recovered";
     case EventKind::kFinished:
       return "finished";
     case EventKind::kFailed:

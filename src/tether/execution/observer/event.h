@@ -31,6 +31,8 @@ enum class EventKind {
   kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.
   kSight,            ///< An object is not seen any more, or seen again.
   kSafety,           ///< The controller kept the arm from something: see `text`.
+  kFault,            ///< Something is not measured, or does not answer; the arm is stopped.
+  kRecovered,        ///< … and the arm goes on.
   kFinished,
   kFailed,
 };

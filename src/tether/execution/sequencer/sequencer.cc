@@ -6,11 +6,19 @@
 #include <utility>
 #include <variant>
 
+#include "tether/robot/gravity.h"
+
 namespace tether::execution {
 namespace {
 
 // Measurements of objects are no older than this, s.
 constexpr double kHandHistory = 0.3;
+// A clock of poses whose stamp is further ahead than this has jumped, s.
+constexpr double kPoseClockSlack = 0.1;
+
+Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity);
+}
 
 }  // namespace
 
@@ -23,7 +31,11 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       options_(options),
       trackers_(s_.objects.size()),
       invalid_(s_.objects.size(), false),
+      valid_(s_.objects.size(), 0.0),
       seen_at_(s_.objects.size(), 0.0),
+      guard_(s_.model, GravityIn(s_.X_WB), options.period),
+      estimate_clock_(kPoseClockSlack),
+      faults_(options.faults),
       hands_(static_cast<size_t>(std::ceil(kHandHistory / options.period)) + 1) {
   servo_->Prepare(&commands_);
 }
@@ -39,12 +51,14 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
                                        const robot::Observations& observations) {
   const auto seen = observations.find(s_.robot);
   assert(seen != observations.end());
-  Sense(estimate, seen->second);
+  guard_.Take(seen->second, commands_.find(s_.robot)->second, servo_->Carried());
+  Sense(estimate, guard_.believed());
+  WatchFaults();
   for (OtherArm& other : s_.others) {
     const auto found = observations.find(other.name);
     if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
   }
-  if (s_.trustworthy) {
+  if (s_.trustworthy && !s_.stopping) {
     if (!started_) Begin();
     Watch();
     if (ContinueLoop()) {

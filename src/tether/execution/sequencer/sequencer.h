@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/fault_watch.h"
 #include "tether/execution/monitor/monitor.h"
+#include "tether/execution/monitor/observation_guard.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -98,11 +100,21 @@ class Sequencer : public PlanRunner {
   void Track(ObjectId object, const math::Pose* measured, bool news);
   bool IsFresh() const;
   void FollowHeld(const scene::WorldEstimate& estimate, bool news);
+  /// The arm is stopped while something is not measured.
+  void WatchFaults();
+  /// What is wrong in this tick, and for how long that is borne, s.
+  enum class Wrong { kNothing, kArm, kPoses, kPoseClock, kTarget };
+  std::pair<Wrong, double> FindWrong();
+  std::string DescribeWrong() const;
+  /// An object of the present step whose pose has not been finite for long; kNone: there is none.
+  ObjectId LostTarget() const;
 
   // sequencer_grasp.cc
   Progress Grip(const planning::GripperVerb& verb);
   void BeginGrip(const planning::GripperVerb& verb);
   Progress JudgeGrasp();
+  Progress WaitForGripper();
+  void NoteGripperMoves();
   /// What fingers must close with so that an object of this mass (kg) does not slip, N at each pad.
   double HoldingForce(ObjectId object, double mass) const;
   void WatchGrip(double slip);
@@ -119,9 +131,18 @@ class Sequencer : public PlanRunner {
   robot::Commands commands_;
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
-  IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> valid_;  ///< When its pose was last finite, s.
   IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
+  ObservationGuard guard_;
+  OwnClock estimate_clock_;
+  bool estimate_jumped_ = false;  ///< In this tick.
+  double news_time_ = 0;          ///< When poses last came, s.
+  FaultWatch faults_;
+  Wrong wrong_ = Wrong::kNothing;  ///< What was wrong last.
+  ObjectId lost_target_;           ///< With kTarget.
+  double unanswered_ = -1;         ///< Since when the gripper does not answer, s; −1: it does.
   struct TimedPose {
     double time = -1;
     math::Pose X_WH;
@@ -136,6 +157,7 @@ class Sequencer : public PlanRunner {
 
   bool entered_ = false;  ///< The present verb, of those that the sequencer executes itself.
   double verb_start_ = 0;
+  double first_opening_ = 0;  ///< As the present verb began, m.
   double last_opening_ = 0;
   double quiet_since_ = 0;
   double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
