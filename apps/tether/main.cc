@@ -231,6 +231,12 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
       ->type_name("N");
   command
       ->add_option(
+          "--paced", arguments.paced,
+          "control: only ticks at 1 kHz by the clock for so many seconds, while another process loads "
+          "the other cores; more than 0.1 % of them late is a failure")
+      ->type_name("S");
+  command
+      ->add_option(
           "--problems", arguments.problems,
           "motion: a folder with sceneN.yaml and requestN.yaml of MotionBenchMaker, or folders of such")
       ->type_name("DIR");

@@ -128,14 +128,6 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
   }
   AddSelfPairs(*model, options.self_distance, static_cast<int>(names.size()), pairs);
   names.emplace_back("self");
-  for (int body = 0; body < bodies.num_bodies(); ++body) {
-    double radius = 0;
-    for (const ArmBodies::Part* part = bodies.begin(body); part != bodies.end(body); ++part) {
-      radius = std::max(radius, part->X_FP.p.norm() + part->radius);
-    }
-    body_radius.push_back(radius);
-  }
-  body_speed.resize(body_radius.size());
   first_field = static_cast<int>(names.size());
   for (FieldConstraint& field : fields_in) {
     names.push_back(field.name);

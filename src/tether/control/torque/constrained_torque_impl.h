@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "tether/control/clearance_pairs.h"
+#include "tether/control/pair_bounds.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/joint_braking.h"
 #include "tether/control/torque/link_motion.h"
@@ -42,8 +43,7 @@ struct ConstrainedTorque::Impl {
   // torque_rows.cc
   void SetRoom();
   void AddPairRows();
-  /// No point of a body moves faster, m/s.
-  double FastestOf(int body) const;
+  void MoveBodies();
   void AddFieldRows(const FieldConstraint& field, int constraint);
   MovingFrame FrameNow(const Frame& frame, bool target) const;
   void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
@@ -96,11 +96,10 @@ struct ConstrainedTorque::Impl {
   LoadEstimator load;
   std::vector<std::string> names;
   std::vector<ClearancePair> pairs;
+  PairBounds pair_bounds;
   std::vector<FieldConstraint> fields;
   size_t fixed_fields = 0;
   int first_field = 0;
-  std::vector<double> body_radius;  ///< Of a ball about its frame's origin that holds all parts, m.
-  std::vector<double> body_speed;   ///< FastestOf(), in this tick.
 
   std::vector<Row> rows;
   std::vector<double> jacobians;  ///< n per row

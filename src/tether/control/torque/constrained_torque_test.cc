@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/control/sign_changes.h"
 #include "testing/control/torque_arm.h"
 #include "tether/common/error.h"
 #include "tether/common/random.h"
@@ -220,20 +221,12 @@ TEST(ConstrainedTorque, StandsStillAtAnObstacle) {
   HandTarget target;
   target.X_BH = arm.state.X_BH();
   target.X_BH.p.x() = 0.9;
-  VectorXd last_sign = VectorXd::Zero(7);
-  std::vector<int> last_time(7, -1000000);
-  int changes = 0;
+  SignChanges changes(7);
   for (int i = 0; i < 12000; ++i) {
     arm.Step(controller.Compute({arm.state, 0.04, poses}, {&target, nullptr, &arm.model->home()}));
-    for (int j = 0; i > 2000 && j < 7; ++j) {
-      if (std::abs(arm.v[j]) < 0.01) continue;
-      const double sign = arm.v[j] > 0 ? 1 : -1;
-      if (sign == -last_sign[j] && i - last_time[static_cast<size_t>(j)] < 100) ++changes;
-      last_sign[j] = sign;
-      last_time[static_cast<size_t>(j)] = i;
-    }
+    if (i > 2000) changes.Observe(0.001 * i, arm.v);
   }
-  EXPECT_EQ(changes, 0);
+  EXPECT_EQ(changes.count(), 0);
   EXPECT_LT(arm.v.norm(), 5e-3);
 }
 

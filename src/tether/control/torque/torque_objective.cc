@@ -16,9 +16,7 @@ using math::Vector6d;
 constexpr double kBrakeForce = 400;
 // Moments count as forces at this lever, m.
 constexpr double kLever = 0.2;
-// Where the hand's least mobility (a share of a metre per radian) is below this, redundancy leads away, with
-// up to this acceleration, rad/s².
-constexpr double kSingular = 0.06;
+// Where the arm is as good as singular, redundancy leads away with up to this acceleration, rad/s².
 constexpr double kSingularPush = 6;
 // Functions of a goal come to zero with no more deceleration than this, m/s² and rad/s²: what the rows need
 // meanwhile is left.
@@ -153,7 +151,7 @@ void ConstrainedTorque::Impl::AddJoints(const JointTarget& joints) {
 }
 
 void ConstrainedTorque::Impl::AvoidSingularity() {
-  const Dexterity dexterity = FindDexterity(kinematics, J, options.rotation_weight);
+  const Dexterity dexterity = FindDexterity(kinematics, J, options.rotation_weight, kSingular);
   if (dexterity.least >= kSingular) return;
   flags.singular = true;
   const double depth = 1 - dexterity.least / kSingular;

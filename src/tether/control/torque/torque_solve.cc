@@ -190,8 +190,16 @@ void ConstrainedTorque::Impl::SolveConflict() {
   joints(first_velocity, 1, velocity_lower, velocity_upper);
   joints(first_position, 2, position_lower, position_upper);
   joints(first_smooth, last, smooth_lower, smooth_upper);
-  const qp::Status status = conflict_solver->Solve(
-      *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)));
+  // What the proof says of a joint's bound is said of any of the bounds that it is made of.
+  int last_in_proof = 0;
+  for (const qp::RowWeight& row : solver->conflict()) {
+    if (row.kind == qp::RowKind::kBound)
+      last_in_proof = last;
+    else if (row.index >= n)
+      last_in_proof = std::max(last_in_proof, levels[static_cast<size_t>(first_row + row.index - n)]);
+  }
+  const qp::Status status = conflict_solver->SolveConflict(
+      *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)), last_in_proof);
   flags.iterations += conflict_solver->iterations();
   if (status != qp::Status::kSolved || !conflict_solver->x().allFinite()) return Brake();
   qddot = conflict_solver->x();

@@ -21,6 +21,10 @@ void SequencerOptions::Check(Diagnostics* diagnostics) const {
   check("lost_time", lost_time);
   check("stall_time", stall_time);
   check("verb_timeout", verb_timeout);
+  check("faults.silence", faults.silence);
+  check("faults.pose_silence", faults.pose_silence);
+  check("faults.steady", faults.steady);
+  check("faults.lasting", faults.lasting);
   if (max_retries < 0) diagnostics->Add({}, "execution option 'max_retries' is negative", "0 or more");
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
-constexpr double kAtRest = 0.05;  // rad/s
+// Joints that are slower stand, rad/s.
+constexpr double kAtRest = 0.02;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
@@ -89,10 +90,12 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
   }
   if (tick.allowed != allowed_) Allow(tick.allowed);
   control::TorqueTask task;
-  task.hand = &tick.target;
-  task.posture = &tick.posture;
+  if (!tick.brake) {
+    task.hand = &tick.target;
+    task.posture = &tick.posture;
+    task.joints = tick.joints;
+  }
   task.max_force = tick.max_force;
-  task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
@@ -159,7 +162,8 @@ const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const Ei
       stays_ = situation.v.cwiseAbs().maxCoeff() < kAtRest;
       stay_.posture = situation.q;
     }
-    task.goal = &stay_;
+    // An arm that is to stop brakes before it holds a posture.
+    if (stays_ || !situation.stopping) task.goal = &stay_;
   }
   task.max_force = max_force;
   const Eigen::VectorXd& wanted = controller_.Compute(

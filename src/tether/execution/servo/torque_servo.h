@@ -48,6 +48,7 @@ struct TorqueServoTick {
   const std::vector<Touch>& allowed;             ///< Pairs that the step may bring into contact.
   double max_force = 40;                         ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
+  bool brake = false;                            ///< In place of all that.
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
@@ -64,6 +65,8 @@ class TorqueServo {
   math::Vector6d Holding(const math::Pose& X_BH) const { return controller_.load().Holding(X_BH); }
   /// kg; 0 while it is not known to a tenth, or to 50 g.
   double HeldMass() const;
+  /// The torques that hold what the hand carries, as of the last tick, n, Nm.
+  const Eigen::VectorXd& carried() const { return carried_; }
   const control::TorqueFlags& flags() const { return controller_.flags(); }
   const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
   const control::ConstrainedTorque& controller() const { return controller_; }
@@ -107,6 +110,7 @@ class TorqueDrive {
   const Eigen::VectorXd& Compute(const Situation& situation, const Eigen::VectorXd* velocities,
                                  double max_force);
   const control::ConstrainedTorque& controller() const { return controller_; }
+  const Eigen::VectorXd& carried() const { return carried_; }
 
  private:
   robot::State state_;

@@ -29,7 +29,8 @@ VelocityServo::VelocityServo(Situation& situation,
       models_(models),
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
-      watch_(shared_.watch()) {
+      watch_(shared_.watch()),
+      goal_search_(s_.model) {
   if (options_.torques) MakeDrive();
 }
 
@@ -115,6 +116,15 @@ void VelocityServo::HeldChanged() {
   FindBeneath();
 }
 
+// A reach begins anew, from where the arm is; a shift has been led half of its way.
+void VelocityServo::Resume() {
+  if (s_.in_plan() && std::holds_alternative<planning::ReachVerb>(s_.present_verb())) {
+    path_.clear();
+    return BeginVerb();
+  }
+  watch_.Excuse(s_.time);
+}
+
 void VelocityServo::Stop() {
   goal_.reset();
   path_.clear();
@@ -191,7 +201,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
-  const control::Goal* goal = goal_ ? &*goal_ : nullptr;
+  const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/reference/goal_search.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
@@ -45,6 +46,8 @@ class VelocityServo final : public Servo {
   void BeginVerb() override;
   void Rest(bool first) override;
   void HeldChanged() override;
+  const Eigen::VectorXd* Carried() const override { return drive_ ? &drive_->carried() : nullptr; }
+  void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
   const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
@@ -100,7 +103,8 @@ class VelocityServo final : public Servo {
   Progress Stall();
   void LeaveDetour();
   std::string WhatHoldsUp() const;
-  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  void SearchGoal();
+  /// Why no retry can help: what is to be reached is beyond the arm's reach; empty: it is not.
   std::string BeyondReach() const;
   bool TryDetour(std::string& why);
   /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
@@ -117,6 +121,7 @@ class VelocityServo final : public Servo {
   control::ConstrainedVelocity controller_;
   std::unique_ptr<TorqueDrive> drive_;  ///< Where the arm is driven by torques.
   ProgressWatch watch_;
+  GoalSearch goal_search_;
 
   bool placed_ = false;       ///< The controller has seen the arm.
   bool entered_ = false;      ///< The present motion.
