@@ -11,6 +11,7 @@
 
 #include "tether/common/log.h"
 #include "tether/common/output/output_header.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/loop/replanning.h"
@@ -148,7 +149,7 @@ class Run {
 
   void Loop(Clock::time_point begin) {
     while (runner_->running()) {
-      if (options_.stop != nullptr && options_.stop->load()) {
+      if (IsStopped(options_.stop)) {
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
         return;
@@ -181,7 +182,7 @@ class Run {
 
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
-    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+    while (world_.time() < end && !IsStopped(options_.stop)) Tick(begin);
   }
 
   void Tick(Clock::time_point begin) {
@@ -228,8 +229,7 @@ class Run {
         LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = runner_->plan().steps;
-        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
-                                                             : "step");
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[event.step].action : "step");
       }
     }
   }
@@ -325,7 +325,7 @@ class Run {
     const auto& steps = runner_->plan().steps;
     const int step = runner_->step();
     return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
-                                                  : steps[static_cast<size_t>(step)].action_index;
+                                                  : steps[step].action_index;
   }
 
   Truth MakeTruth() const {

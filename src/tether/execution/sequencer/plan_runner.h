@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/observer/event.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/robot/interface.h"
@@ -55,10 +56,8 @@ class PlanRunner {
   virtual int retries() const = 0;
   /// How often the plan went on with other actions than it began with.
   virtual int replans() const { return 0; }
-  /// Pairs that the present step may bring into contact: names of objects, and "hand".
-  virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
-  /// Whether the present step may bring these two into contact, in either order.
-  bool Allows(const std::string& a, const std::string& b) const;
+  /// Pairs that the present step may bring into contact.
+  virtual const TouchList& allowed() const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

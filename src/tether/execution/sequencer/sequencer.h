@@ -49,9 +49,7 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override {
-    return servo_->allowed();
-  }
+  const TouchList& allowed() const override { return servo_->allowed(); }
   const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
 
  protected:
