@@ -157,7 +157,8 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
   return bench;
 }
 
-TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int ticks, uint64_t seed) {
+TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int ticks, uint64_t seed,
+                               const TickHooks& hooks) {
   const auto model = robot::Model::Load(robot);
   TickScene scene(*model);
   control::TorqueOptions options;
@@ -186,12 +187,14 @@ TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int t
           DrawGoal(scene, state.X_BH(), form, tick / (5 * kTicksPerGoal) % 2 == 0, random, goal, bench));
     }
     scene.Move(kTorquePeriod * tick);
+    if (hooks.begin) hooks.begin();
     const Stopwatch own;
     state.Set(q, v);
     const Eigen::VectorXd& torque =
         controller.Compute({state, 0.03, scene.poses, &external}, {nullptr, &goal, &model->home()});
     times.push_back(own.cpu_s());
     clock.push_back(own.wall_s());
+    if (hooks.end) hooks.end();
     bench.cpu_max = std::max(bench.cpu_max, times.back());
     cpu_slow += times.back() > kLimit ? 1 : 0;
     v += kTorquePeriod * state.M().llt().solve(torque - state.bias());

@@ -103,6 +103,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
                                   &work,
                                   &unexplained,
                                   &thrown,
+                                  &across,
                                   &wanted,
                                   &goal_row,
                                   &qddot,
@@ -114,14 +115,6 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
     matrix->setZero(kMostFunctionRows, 12);
   }
   function_rows.unused.setZero(kMostFunctionRows);
-  for (int body = 0; body < bodies.num_bodies(); ++body) {
-    double radius = 0;
-    for (const ArmBodies::Part* part = bodies.begin(body); part != bodies.end(body); ++part) {
-      radius = std::max(radius, part->X_FP.p.norm() + part->radius);
-    }
-    body_radius.push_back(radius);
-  }
-  body_speed.resize(body_radius.size());
   SetRoom();
 }
 
@@ -132,7 +125,8 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
     return false;
   }
   task_finite = std::isfinite(task.max_force) && (task.hand == nullptr || IsFinite(*task.hand)) &&
-                (task.posture == nullptr || task.posture->allFinite());
+                (task.posture == nullptr || task.posture->allFinite()) &&
+                (task.velocities == nullptr || task.velocities->allFinite());
   rows_finite = std::isfinite(input.opening) && AllFinite(input.objects);
   v = state.v();
   M = state.M();
@@ -180,10 +174,12 @@ void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
   g.setZero();
   // Where something is not finite the arm brakes, under the constraints that are known.
   flags.fault = !rows_finite || !task_finite;
-  if (flags.fault || (task.hand == nullptr && task.goal == nullptr)) {
+  if (flags.fault || (task.hand == nullptr && task.goal == nullptr && task.velocities == nullptr)) {
     AddBrake(1, options.brake_rate);
   } else if (flags.yielding) {
     AddRetreat();
+  } else if (task.velocities != nullptr) {
+    AddVelocities(*task.velocities, task.max_force);
   } else {
     if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
     if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);

@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "tether/control/constrained_arm.h"
+#include "tether/control/pair_bounds.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/joint_braking.h"
 #include "tether/control/torque/link_motion.h"
@@ -38,8 +39,7 @@ struct ConstrainedTorque::Impl : ConstrainedArm<ConstrainedTorque::Row> {
   // torque_rows.cc
   void SetRoom();
   void AddPairRows();
-  /// No point of a body moves faster, m/s.
-  double FastestOf(int body) const;
+  void MoveBodies();
   void AddFieldRows(const FieldConstraint& field, int constraint);
   MovingFrame FrameNow(const Frame& frame, bool target) const;
   void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
@@ -53,9 +53,11 @@ struct ConstrainedTorque::Impl : ConstrainedArm<ConstrainedTorque::Row> {
   void AddHand(const HandTarget& target, double max_force);
   void AddJoints(const JointTarget& joints);
   void AddGoal(const Goal& goal, double max_force);
+  void AddVelocities(const Eigen::VectorXd& velocities, double max_force);
+  double PressedShare(const math::Vector6d& a, const math::Vector6d& V_BH, double max_force);
   void AddPosture(const Eigen::VectorXd* posture);
   void AvoidSingularity();
-  void AddBrake(double weight, double rate);
+  void AddBrake(double weight, double rate, const Eigen::VectorXd* against = nullptr);
   void AddRetreat();
 
   // torque_solve.cc
@@ -78,8 +80,7 @@ struct ConstrainedTorque::Impl : ConstrainedArm<ConstrainedTorque::Row> {
   BrakingReserve reserve;
   ContactWatch watch;
   LoadEstimator load;
-  std::vector<double> body_radius;  ///< Of a ball about its frame's origin that holds all parts, m.
-  std::vector<double> body_speed;   ///< FastestOf(), in this tick.
+  PairBounds pair_bounds;
 
   bool task_finite = true;
   std::vector<ContactCandidate> candidates;
@@ -100,7 +101,8 @@ struct ConstrainedTorque::Impl : ConstrainedArm<ConstrainedTorque::Row> {
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.
   Eigen::VectorXd work, unexplained;
-  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s².
+  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s² …
+  Eigen::VectorXd across;  ///< … without those along a contact's normal.
 
   FunctionRows function_rows;
   Eigen::VectorXd wanted, goal_row;

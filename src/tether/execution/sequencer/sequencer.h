@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/fault_watch.h"
 #include "tether/execution/monitor/monitor.h"
+#include "tether/execution/monitor/observation_guard.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -49,6 +51,7 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
+  bool ChangeGoal(const Goal& goal) override;
   const TouchList& allowed() const override { return servo_->allowed(); }
   const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
 
@@ -82,6 +85,10 @@ class Sequencer : public PlanRunner {
   void Watch();
   bool ContinueLoop();
   bool AskForPlan(const std::string& reason, std::string* why);
+  PlanRequest MakeRequest();
+  void Request(PlanRequest request, int action, const std::string& reason);
+  void AskAgain();
+  void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
   bool AllowsAction(int action);
   void Verify();
@@ -91,11 +98,21 @@ class Sequencer : public PlanRunner {
   void Track(ObjectId object, const math::Pose* measured, bool news);
   bool IsFresh() const;
   void FollowHeld(const scene::WorldEstimate& estimate, bool news);
+  /// The arm is stopped while something is not measured.
+  void WatchFaults();
+  /// What is wrong in this tick, and for how long that is borne, s.
+  enum class Wrong { kNothing, kArm, kPoses, kPoseClock, kTarget };
+  std::pair<Wrong, double> FindWrong();
+  std::string DescribeWrong() const;
+  /// An object of the present step whose pose has not been finite for long; kNone: there is none.
+  ObjectId LostTarget() const;
 
   // sequencer_grasp.cc
   Progress Grip(const planning::GripperVerb& verb);
   void BeginGrip(const planning::GripperVerb& verb);
   Progress JudgeGrasp();
+  Progress WaitForGripper();
+  void NoteGripperMoves();
   /// What fingers must close with so that an object of this mass (kg) does not slip, N at each pad.
   double HoldingForce(ObjectId object, double mass) const;
   void WatchGrip(double slip);
@@ -112,8 +129,18 @@ class Sequencer : public PlanRunner {
   robot::Commands commands_;
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
-  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
+  IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, s.
+  IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
+  ObservationGuard guard_;
+  OwnClock estimate_clock_;
+  bool estimate_jumped_ = false;  ///< In this tick.
+  double news_time_ = 0;          ///< When poses last came, s.
+  FaultWatch faults_;
+  Wrong wrong_ = Wrong::kNothing;  ///< What was wrong last.
+  ObjectId lost_target_;           ///< With kTarget.
+  double unanswered_ = -1;         ///< Since when the gripper does not answer, s; −1: it does.
   struct TimedPose {
     double time = -1;
     math::Pose X_WH;
@@ -128,6 +155,7 @@ class Sequencer : public PlanRunner {
 
   bool entered_ = false;  ///< The present verb, of those that the sequencer executes itself.
   double verb_start_ = 0;
+  double first_opening_ = 0;  ///< As the present verb began, m.
   double last_opening_ = 0;
   double quiet_since_ = 0;
   double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
@@ -146,11 +174,25 @@ class Sequencer : public PlanRunner {
     int action = 0;  ///< It takes the place of the plan's actions from this one on.
     double due = 0;  ///< s
     std::string reason;
+    int goals = 0;  ///< The goal was changed so many times before.
+    PlanRequest request;
   };
   std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
   std::optional<Pending> pending_;
-  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
-  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  /// A plan is asked for again.
+  struct Again {
+    double due = 0;  ///< s
+    std::string reason;
+    int action = 0;  ///< As Pending has it.
+  };
+  std::optional<Again> ask_again_;
+  int ask_action_ = 0;
+  std::optional<Goal> new_goal_;         ///< That no plan has been adopted for yet.
+  int goals_ = 0;                        ///< Times that the goal was changed.
+  PlanRequest in_vain_;                  ///< What no plan was found for last …
+  std::string why_not_;                  ///< … and why.
+  int fruitless_ = 0;                    ///< Times in a row that no plan was found.
+  std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 

@@ -14,6 +14,10 @@ void SequencerOptions::Check(Diagnostics* diagnostics) const {
   check.Positive("stall_time", stall_time);
   check.Positive("verb_timeout", verb_timeout);
   check.NotNegative("max_retries", max_retries);
+  check.Positive("faults.silence", faults.silence);
+  check.Positive("faults.pose_silence", faults.pose_silence);
+  check.Positive("faults.steady", faults.steady);
+  check.Positive("faults.lasting", faults.lasting);
 }
 
 }  // namespace tether::execution

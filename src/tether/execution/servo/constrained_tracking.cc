@@ -57,8 +57,10 @@ double ReferenceServo::MaxForce() const {
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
-                                     s_.held, allowed_, MaxForce(), transit_.active() ? &joints : nullptr});
+  const bool follows = transit_.active() && !s_.stopping;
+  command->torque =
+      servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, allowed_,
+                       MaxForce(), follows ? &joints : nullptr, s_.stopping && !resting_});
   WatchServo();
 }
 

@@ -145,8 +145,21 @@ void ReferenceServo::Stop() {
   Hold();
 }
 
+// A reach begins anew, from where the arm is; a shift has been led half of its way.
+void ReferenceServo::Resume() {
+  if (!s_.in_plan() && !s_.recovering) return ResetReferenceToHand();
+  LeaveTransit();
+  posture_ = s_.q;
+  const VerbState now = now_;
+  ResetReferenceToHand();
+  if (std::holds_alternative<planning::ReachVerb>(s_.present_verb())) return BeginVerb();
+  now_ = now;
+  watch_.Excuse(s_.time);
+}
+
 void ReferenceServo::Command(const robot::Observations& observations, robot::Commands* commands) {
-  if (s_.trustworthy) {
+  if (!s_.stopping) resting_.reset();
+  if (s_.trustworthy && !s_.stopping) {
     MoveReference();
     AimPosture();
   }

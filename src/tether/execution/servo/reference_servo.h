@@ -86,6 +86,8 @@ class ReferenceServo final : public Servo {
   double WidestOpening() override { return s_.model->gripper().max_opening; }
   double HeldMass() const override { return servo_ ? servo_->HeldMass() : 0; }
   void HeldChanged() override;
+  const Eigen::VectorXd* Carried() const override { return servo_ ? &servo_->carried() : &carried_torque_; }
+  void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
   const TouchList& allowed() const override { return allowed_; }
@@ -100,6 +102,9 @@ class ReferenceServo final : public Servo {
   void AimPosture();
   void AvoidObstacles(control::HandTarget* target);
   void CommandTorque(robot::Command* command);
+  control::HandTarget TargetNow() const;
+  /// While the arm is stopped: where it came to rest, or, before that, where it is.
+  control::HandTarget RestingTarget();
   void WatchController();
 
   // constrained_tracking.cc: the same with the constrained torque controller.
@@ -215,6 +220,7 @@ class ReferenceServo final : public Servo {
   math::Pose X_TC_;
   bool limit_reported_ = false;  ///< In this step.
   bool fault_reported_ = false;
+  std::optional<math::Pose> resting_;  ///< Where a stopped arm has come to rest, of the hand in the base.
 };
 
 }  // namespace tether::execution

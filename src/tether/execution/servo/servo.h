@@ -42,6 +42,10 @@ class Servo {
   virtual double HeldMass() const { return 0; }
   /// The situation says that an object is held, or that nothing is.
   virtual void HeldChanged() = 0;
+  /// The torques that hold what the hand carries, n, Nm, as of the last tick; null: none are known of.
+  virtual const Eigen::VectorXd* Carried() const { return nullptr; }
+  /// A fault has ended, and the situation is no longer `stopping`: the verb goes on from where the arm is.
+  virtual void Resume() {}
   /// What was being done ends here: the step was given up, or the run has ended.
   virtual void Stop() = 0;
 

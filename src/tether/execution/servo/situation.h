@@ -71,7 +71,8 @@ struct Situation {
 
   // What is known at this tick.
   double time = 0;           ///< s
-  bool trustworthy = false;  ///< What the robot measured is finite.
+  bool trustworthy = false;  ///< What the robot measured, or what is said instead, is finite.
+  bool stopping = false;     ///< A fault: the arm is braked, and rests.
   Eigen::VectorXd q, v;      ///< n: rad, rad/s
   Eigen::VectorXd tau_external;
   double opening = 0;                                    ///< Between the fingers, m.

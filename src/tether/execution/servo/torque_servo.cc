@@ -10,6 +10,8 @@ namespace {
 
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
+// Joints that are slower stand, rad/s.
+constexpr double kAtRest = 0.02;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
@@ -74,10 +76,12 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
     controller_.Allow(allowed_bodies_);
   }
   control::TorqueTask task;
-  task.hand = &tick.target;
-  task.posture = &tick.posture;
+  if (!tick.brake) {
+    task.hand = &tick.target;
+    task.posture = &tick.posture;
+    task.joints = tick.joints;
+  }
   task.max_force = tick.max_force;
-  task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
@@ -131,20 +135,22 @@ TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const Contro
   stay_.posture = model->home();
 }
 
-const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const control::Goal* goal,
+const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const Eigen::VectorXd* velocities,
                                             double max_force) {
   state_.Set(situation.q, situation.v);
-  if (goal != nullptr) {
+  control::TorqueTask task;
+  task.velocities = velocities;
+  if (velocities != nullptr) {
     stays_ = false;
   } else {
+    // Where it comes to rest: to turn round for where it was told to stop would be one more motion.
     if (!stays_ && situation.q.allFinite()) {
-      stays_ = true;
+      stays_ = situation.v.cwiseAbs().maxCoeff() < kAtRest;
       stay_.posture = situation.q;
     }
-    goal = &stay_;
+    // An arm that is to stop brakes before it holds a posture.
+    if (stays_ || !situation.stopping) task.goal = &stay_;
   }
-  control::TorqueTask task;
-  task.goal = goal;
   task.max_force = max_force;
   const Eigen::VectorXd& wanted = controller_.Compute(
       {state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);

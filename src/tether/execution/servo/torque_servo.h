@@ -45,6 +45,7 @@ struct TorqueServoTick {
   const TouchList& allowed;                      ///< Pairs that the step may bring into contact.
   double max_force = 40;                         ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
+  bool brake = false;                            ///< In place of all that.
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
@@ -61,6 +62,8 @@ class TorqueServo {
   math::Vector6d Holding(const math::Pose& X_BH) const { return controller_.load().Holding(X_BH); }
   /// kg; 0 while it is not known to a tenth, or to 50 g.
   double HeldMass() const;
+  /// The torques that hold what the hand carries, as of the last tick, n, Nm.
+  const Eigen::VectorXd& carried() const { return carried_; }
   const control::TorqueFlags& flags() const { return controller_.flags(); }
   const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
   const control::ConstrainedTorque& controller() const { return controller_; }
@@ -84,8 +87,8 @@ class TorqueServo {
   Eigen::VectorXd carried_;
 };
 
-/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
-/// allocates nothing.
+/// Follows with torques what the velocity controller makes of an objective: the constrained controller with
+/// the limiter behind it. Compute() allocates nothing.
 class TorqueDrive {
  public:
   TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,
@@ -98,10 +101,12 @@ class TorqueDrive {
   void Hold(int object) { controller_.Hold(object); }
   void Release() { controller_.Release(); }
 
-  /// Torques that lead towards the goal (null: the arm stays where it is) and press with no more than
-  /// `max_force`, N.
-  const Eigen::VectorXd& Compute(const Situation& situation, const control::Goal* goal, double max_force);
+  /// Torques that lead to these joint velocities (n, rad/s; null: the arm stays where it is) and press with
+  /// no more than `max_force`, N.
+  const Eigen::VectorXd& Compute(const Situation& situation, const Eigen::VectorXd* velocities,
+                                 double max_force);
   const control::ConstrainedTorque& controller() const { return controller_; }
+  const Eigen::VectorXd& carried() const { return carried_; }
 
  private:
   robot::State state_;

@@ -157,7 +157,15 @@ void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
   target->obstacle_weight = obstacle_weight_;
 }
 
-void ReferenceServo::CommandTorque(robot::Command* command) {
+control::HandTarget ReferenceServo::RestingTarget() {
+  constexpr double kAtRest = 0.02;  // rad/s
+  if (!resting_ && s_.v.cwiseAbs().maxCoeff() < kAtRest) resting_ = state_.X_BH();
+  control::HandTarget target;
+  target.X_BH = resting_.value_or(state_.X_BH());
+  return target;
+}
+
+control::HandTarget ReferenceServo::TargetNow() const {
   control::HandTarget target;
   const math::Pose X_WT = X_WF(frame_);
   const math::Vector6d V_WT = V_WF(frame_);
@@ -170,6 +178,11 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   target.V_BH.tail<3>() = R_BW * V_WT.tail<3>() + R_BT * reference_.V_TR().tail<3>();
   target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
   target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
+  return target;
+}
+
+void ReferenceServo::CommandTorque(robot::Command* command) {
+  control::HandTarget target = s_.stopping && s_.trustworthy ? RestingTarget() : TargetNow();
   if (servo_) {
     target.F_BH = servo_->Holding(state_.X_BH());
   } else if (s_.held != kNone) {
@@ -177,17 +190,18 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);
     const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;
-    target.F_BH.head<3>() = R_BW * lift;
-    target.F_BH.tail<3>() = R_BW * arm.cross(lift);
+    target.F_BH.head<3>() = s_.X_WB.R.transpose() * lift;
+    target.F_BH.tail<3>() = s_.X_WB.R.transpose() * arm.cross(lift);
   }
   FindAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  if (transit_.active()) target.obstacle_weight = 0;  // The path is free.
+  const bool follows = transit_.active() && !s_.stopping;
+  if (follows) target.obstacle_weight = 0;  // The path is free.
   carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
-  command->torque = limiter_->Limit(
-      state_, controller_.Compute(state_, target, transit_.active() ? &joints : nullptr), &carried_torque_);
+  command->torque = limiter_->Limit(state_, controller_.Compute(state_, target, follows ? &joints : nullptr),
+                                    &carried_torque_);
   WatchController();
 }
 

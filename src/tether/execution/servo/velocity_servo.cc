@@ -31,6 +31,7 @@ VelocityServo::VelocityServo(Situation& situation,
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
       watch_(shared_.watch()),
+      goal_search_(s_.model),
       supports_(s_, SupportDistances(options_)),
       after_contact_(s_, supports_) {
   if (options_.torques) MakeDrive();
@@ -81,6 +82,7 @@ void VelocityServo::BeginStep() {
 
 void VelocityServo::BeginVerb() {
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
   verb_fields_.clear();
   controller_.SetExtraFields({});
@@ -109,6 +111,15 @@ void VelocityServo::HeldChanged() {
   if (drive_) drive_->Hold(s_.held.value());
   UpdateAllowed();
   FindBeneath();
+}
+
+// A reach begins anew, from where the arm is; a shift has been led half of its way.
+void VelocityServo::Resume() {
+  if (s_.in_plan() && std::holds_alternative<planning::ReachVerb>(s_.present_verb())) {
+    path_.clear();
+    return BeginVerb();
+  }
+  watch_.Excuse(s_.time);
 }
 
 void VelocityServo::Stop() {
@@ -187,7 +198,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
-  const control::Goal* goal = goal_ ? &*goal_ : nullptr;
+  const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();
@@ -197,7 +208,7 @@ void VelocityServo::Command(const robot::Observations& /*observations*/, robot::
   }
   const double max_force =
       s_.in_plan() ? s_.plan_step().max_force.value_or(options_.max_force) : options_.max_force;
-  command.torque = drive_->Compute(s_, goal, max_force);
+  command.torque = drive_->Compute(s_, goal == nullptr ? nullptr : &velocity, max_force);
   WatchDrive();
 }
 

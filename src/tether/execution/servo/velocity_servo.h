@@ -10,6 +10,7 @@
 #include "tether/execution/contact/after_contact.h"
 #include "tether/execution/contact/supports.h"
 #include "tether/execution/contact/touch.h"
+#include "tether/execution/reference/goal_search.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
@@ -48,6 +49,8 @@ class VelocityServo final : public Servo {
   void BeginVerb() override;
   void Rest(bool first) override;
   void HeldChanged() override;
+  const Eigen::VectorXd* Carried() const override { return drive_ ? &drive_->carried() : nullptr; }
+  void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
   const TouchList& allowed() const override { return allowed_; }
@@ -78,6 +81,7 @@ class VelocityServo final : public Servo {
   void GoAlong(bool move);
 
   // velocity_reach.cc
+  bool ComesToRest();
   Progress EnterReach(const planning::ReachVerb& reach);
   void EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region);
   Progress EnterFrameReach(const planning::ReachVerb& reach);
@@ -96,7 +100,8 @@ class VelocityServo final : public Servo {
   Progress Stall();
   void LeaveDetour();
   std::string WhatHoldsUp() const;
-  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  void SearchGoal();
+  /// Why no retry can help: what is to be reached is beyond the arm's reach; empty: it is not.
   std::string BeyondReach() const;
   bool TryDetour(std::string& why);
   /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
@@ -113,9 +118,11 @@ class VelocityServo final : public Servo {
   control::ConstrainedVelocity controller_;
   std::unique_ptr<TorqueDrive> drive_;  ///< Where the arm is driven by torques.
   ProgressWatch watch_;
+  GoalSearch goal_search_;
 
-  bool placed_ = false;   ///< The controller has seen the arm.
-  bool entered_ = false;  ///< The present motion.
+  bool placed_ = false;       ///< The controller has seen the arm.
+  bool entered_ = false;      ///< The present motion.
+  double braked_since_ = -1;  ///< Before it; −1: not.
   std::optional<control::Goal> goal_;
   std::optional<math::Pose> grasp_;  ///< Chosen for this step, where the plan has no key pose …
   double grasp_width_ = 0;           ///< … with this between the fingers, m.

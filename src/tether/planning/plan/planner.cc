@@ -335,7 +335,8 @@ class Planner {
     conflict.anywhere = verdict.failing_anywhere;
     if (!verdict.unmoved.empty()) {
       conflict.unless = ActionsThatMove(verdict.unmoved);
-      conflict.anywhere = conflict.unless.empty();
+      conflict.anywhere = verdict.failing_anywhere ||
+                          (conflict.unless.empty() && conflict.kind == task::Conflict::Kind::kProved);
     }
     conflict.constraints = verdict.report.blocking;
     conflict.reason = verdict.report.reason;
