@@ -81,6 +81,7 @@ class Run {
     report_.steps = runner_->records();
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
+    report_.plannings = runner_->plannings();
     report_.margins = margins_.margins();
     report_.forces = margins_.forces();
     if (recorder_ != nullptr)
@@ -133,6 +134,8 @@ class Run {
     execution::ReplanningOptions replanning;
     if (!options.replan || scenario.problem == nullptr) return replanning;
     replanning.goal = options.goal ? options.goal : scenario.goal;
+    replanning.latency = scenario.planning.latency;
+    replanning.waits = !options.realtime;
     replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
     // The task outlives the run.
     replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});

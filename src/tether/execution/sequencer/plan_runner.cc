@@ -4,6 +4,11 @@
 
 namespace tether::execution {
 
+const std::vector<PlanningRecord>& PlanRunner::plannings() const {
+  static const std::vector<PlanningRecord> none;
+  return none;
+}
+
 const TouchList& PlanRunner::allowed() const {
   static const TouchList none;
   return none;
