@@ -21,8 +21,6 @@ planning::Plan ForRobot(const scene::Scene& scene, planning::Plan plan) {
 
 VelocityExecutiveOptions::VelocityExecutiveOptions() {
   period = 0.005;
-  lost_time = 0.1;
-  watches_width = false;
   least_progress = 5e-4;
   stall_time = 2.0;
   recovery_rise = 0;
