@@ -21,8 +21,6 @@ planning::Plan ForRobot(const scene::Scene& scene, planning::Plan plan) {
 
 VelocityExecutiveOptions::VelocityExecutiveOptions() {
   period = 0.005;
-  recovery_rise = 0;
-  failing_action_pays = false;
   passes_at_once = true;
   filters_poses = false;
   gripper = {
