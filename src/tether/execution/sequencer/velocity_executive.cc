@@ -22,8 +22,6 @@ planning::Plan ForRobot(const scene::Scene& scene, planning::Plan plan) {
 VelocityExecutiveOptions::VelocityExecutiveOptions() {
   period = 0.005;
   filters_poses = false;
-  gripper = {
-      .change = 5e-4, .quiet = 0.3, .least_time = 0.6, .timeout = 2.5, .open_share = 0.97, .open_slack = 0};
 }
 
 void VelocityExecutiveOptions::Validate() const {
