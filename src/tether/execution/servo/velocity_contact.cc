@@ -92,7 +92,11 @@ void VelocityServo::UpdateAllowed() {
     }
   };
   if (s_.in_plan()) {
-    for (const auto& [first, second] : schema().allow) allow(first, second);
+    for (const auto& [first, second] : schema().allow) {
+      const bool target =
+          (first == "hand" && second == schema().target) || (second == "hand" && first == schema().target);
+      if (!keeps_off_ || !target) allow(first, second);
+    }
     if (schema().target_is_region && s_.current().control != kNone) allow(schema().control, schema().target);
   }
   if (s_.held != kNone) {
@@ -108,6 +112,30 @@ void VelocityServo::UpdateAllowed() {
   }
   controller_.Allow(allowed_bodies_);
   if (drive_) drive_->Allow(allowed_bodies_);
+}
+
+// A reach that another one follows leads to before the target, which the hand touches in the last one.
+bool VelocityServo::KeepsOff() const {
+  if (!s_.in_plan() || s_.held.valid() || s_.verb >= static_cast<int>(s_.verbs().size())) return false;
+  const auto is_reach = [](const planning::Verb& verb) {
+    return std::holds_alternative<planning::ReachVerb>(verb);
+  };
+  const auto verb = s_.verbs().begin() + s_.verb;
+  return is_reach(*verb) && std::any_of(verb + 1, s_.verbs().end(), is_reach);
+}
+
+void VelocityServo::WatchApproach() {
+  if (keeps_off_ || !KeepsOff()) return;
+  const ObjectId target = control_scene_.Find(schema().target);
+  if (!target.valid()) return;
+  double keep = 0;
+  for (const control::ConstraintSpec& spec : options_.constraints) keep = std::max(keep, spec.distance);
+  const double distance = geometry::SignedDistance(s_.model->HandShape(s_.opening), s_.X_WH,
+                                                   s_.object(target).shape, s_.objects[target].X)
+                              .distance;
+  if (distance < keep + options_.controller.buffer + kTouching) return;
+  keeps_off_ = true;
+  UpdateAllowed();
 }
 
 // The object's footprint is within the carrier's, seen along the carrier's level axes.

@@ -30,7 +30,9 @@ VelocityServo::VelocityServo(Situation& situation,
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
       watch_(shared_.watch()),
-      goal_search_(s_.model) {
+      goal_search_(s_.model),
+      kinematics_(s_.model),
+      J_BH_(6, s_.model->dof()) {
   if (options_.torques) MakeDrive();
 }
 
@@ -70,6 +72,8 @@ void VelocityServo::Sense() {
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
+  WatchApproach();
+  WatchForce();
 }
 
 void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_opening; }
@@ -90,6 +94,9 @@ void VelocityServo::BeginVerb() {
   controller_.SetExtraFields({});
   if (drive_) drive_->SetExtraFields({});
   clear_ = false;
+  if (!keeps_off_) return;
+  keeps_off_ = false;
+  UpdateAllowed();
 }
 
 void VelocityServo::Rest(bool first) {
@@ -202,6 +209,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
+  if (s_.time < backs_off_until_ && !s_.stopping) goal = BackOff();
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();
