@@ -80,6 +80,7 @@ class Run {
     report_.steps = runner_->records();
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
+    report_.plannings = runner_->plannings();
     report_.margins = margins_.margins();
     report_.forces = margins_.forces();
     if (recorder_ != nullptr)
@@ -132,6 +133,8 @@ class Run {
     execution::ReplanningOptions replanning;
     if (!options.replan || scenario.problem == nullptr) return replanning;
     replanning.goal = options.goal ? options.goal : scenario.goal;
+    replanning.latency = scenario.planning.latency;
+    replanning.waits = !options.realtime;
     replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
     // The task outlives the run.
     replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
@@ -265,7 +268,8 @@ class Run {
     for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
       Record(world_.time(), "disturbance", runner_->step(), event->Describe());
       if (const auto* fault = std::get_if<robot::Fault>(&event->other))
-        faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_, commands);
+        faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_,
+                      commands);
       if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
     }
     moment_ = {};

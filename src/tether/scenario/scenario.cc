@@ -253,6 +253,7 @@ class ScenarioParser {
     }
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
+    planning.latency = ReadBound(reader, "latency", planning.latency, "a time in s, up to 10", 10);
     if (reader.Optional("max_iterations") != nullptr)
       planning.max_iterations = ReadCount(reader, "max_iterations", 1, 1, "a whole number above zero");
     reader.Finish();

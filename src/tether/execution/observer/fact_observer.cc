@@ -85,7 +85,8 @@ bool FactObserver::Look(double time, const IndexedVector<ObjectId, control::Movi
     const bool seen = IsSeen(fact, objects, held);
     if (!started_ || seen != fact.seen) fact.since = time;
     fact.seen = seen;
-    if (!started_ || time >= fact.since + options_.debounce - 1e-9) fact.value = seen;
+    const double debounce = exact_ ? options_.exact_debounce : options_.debounce;
+    if (!started_ || time >= fact.since + debounce - 1e-9) fact.value = seen;
   }
   started_ = true;
   return true;

@@ -6,6 +6,11 @@
 
 namespace tether::execution {
 
+const std::vector<PlanningRecord>& PlanRunner::plannings() const {
+  static const std::vector<PlanningRecord> none;
+  return none;
+}
+
 const std::vector<std::pair<std::string, std::string>>& PlanRunner::allowed() const {
   static const std::vector<std::pair<std::string, std::string>> none;
   return none;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/replanning.h"
 #include "tether/execution/observer/event.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/robot/interface.h"
@@ -56,6 +57,8 @@ class PlanRunner {
   virtual int retries() const = 0;
   /// How often the plan went on with other actions than it began with.
   virtual int replans() const { return 0; }
+  /// Each time that a plan was asked for.
+  virtual const std::vector<PlanningRecord>& plannings() const;
   /// The goal is another from now on: a PDDL formula, or a temporal one in its place. Plans anew when the
   /// hand's present grasp or release is done; false where nothing plans anew, or the run has ended. Throws
   /// InputError for a goal that names what does not exist.

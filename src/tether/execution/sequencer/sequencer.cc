@@ -171,7 +171,8 @@ void Sequencer::Abort(const Progress& progress) {
   if (progress.kind != EventKind::kFailed) s_.Record(progress.kind, progress.reason);
   servo_->Stop();
   if (progress.state == Progress::State::kFailed) return Fail(progress.reason);
-  if (progress.state == Progress::State::kGiveUp) return GiveUp(progress.reason);
+  if (progress.state == Progress::State::kGiveUp || (progress.out_of_reach && monitor_))
+    return GiveUp(progress.reason);
   waiting_ = progress;
   WaitToRetry();
 }
