@@ -204,7 +204,7 @@ bool Sequencer::MissedItsRegion() {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", and no earlier step of the plan grasps it"));
     return true;
   }
-  const int action = s_.plan_step(grasp).action_index;
+  const int action = s_.plan_step().action_index;
   if (s_.retries[action] >= options_.max_retries) {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", although it was grasped again " +
                                                         std::to_string(options_.max_retries) + " times"));
