@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tether/common/log.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/loop/disturber.h"
@@ -158,7 +159,7 @@ class Run {
 
   void Loop(Clock::time_point begin) {
     while (runner_->running()) {
-      if (options_.stop != nullptr && options_.stop->load()) {
+      if (IsStopped(options_.stop)) {
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
         return;
@@ -191,7 +192,7 @@ class Run {
 
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
-    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+    while (world_.time() < end && !IsStopped(options_.stop)) Tick(begin);
   }
 
   void Tick(Clock::time_point begin) {
@@ -255,8 +256,7 @@ class Run {
         LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = runner_->plan().steps;
-        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
-                                                             : "step");
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[event.step].action : "step");
       }
     }
   }
@@ -349,7 +349,7 @@ class Run {
     const auto& steps = runner_->plan().steps;
     const int step = runner_->step();
     return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
-                                                  : steps[static_cast<size_t>(step)].action_index;
+                                                  : steps[step].action_index;
   }
 
   Truth MakeTruth() const {

@@ -62,9 +62,7 @@ struct Event {
   Eigen::VectorXd torques;  ///< … with these joint torques, Nm.
   bool steady = false;      ///< At one speed, rather than rising and falling smoothly.
   /// In place of moving an object or pushing an arm.
-  std::variant<std::monostate, Removal, Return, Pull, Knock, Alteration, NewGoal,
-               robot::Fault>
-      other;
+  std::variant<std::monostate, Removal, Return, Pull, Knock, Alteration, NewGoal, robot::Fault> other;
 
   bool at_time() const { return starts.empty() && ends.empty() && step < 0; }
 

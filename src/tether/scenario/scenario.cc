@@ -211,8 +211,8 @@ class ScenarioParser {
           if (spec.margin < half) continue;
           diagnostics_.Add(spec.where,
                            "'margin' of joint_limits is " + Value(spec.margin).AsText() +
-                               " rad, which leaves " + model->joint_names()[static_cast<size_t>(i)] +
-                               " of '" + name + "' no room between its limits",
+                               " rad, which leaves " + model->joint_names()[i] + " of '" + name +
+                               "' no room between its limits",
                            "less than " + Value(half).AsText() + " rad");
           break;
         }

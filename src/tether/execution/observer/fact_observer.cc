@@ -11,13 +11,13 @@ namespace tether::execution {
 Observable FindObservable(const scene::Scene& scene, const std::string& predicate,
                           const std::vector<std::string>& arguments) {
   const bool on = predicate == "on", in = predicate == "in";
-  if (!on && !in && predicate != "inhand") return Observable::kNone;
+  if (!on && !in && predicate != "inhand") return Observable::kNothing;
   if (arguments.size() != (on || in ? 2 : 1) || scene.FindObject(arguments[0]) == nullptr)
-    return Observable::kNone;
-  if (on) return scene.FindObject(arguments[1]) != nullptr ? Observable::kOn : Observable::kNone;
+    return Observable::kNothing;
+  if (on) return scene.FindObject(arguments[1]) != nullptr ? Observable::kOn : Observable::kNothing;
   if (!in) return Observable::kInHand;
   const bool is_area = scene.FindRegion(arguments[1]) != nullptr || scene.groups.contains(arguments[1]);
-  return is_area ? Observable::kIn : Observable::kNone;
+  return is_area ? Observable::kIn : Observable::kNothing;
 }
 
 FactObserver::FactObserver(const scene::Scene& scene, const symbolic::Task& task,
@@ -35,7 +35,7 @@ FactObserver::FactObserver(const scene::Scene& scene, const symbolic::Task& task
     }
     ObservableFact one;
     one.kind = FindObservable(scene, declared.name, names);
-    if (one.kind == Observable::kNone) return;
+    if (one.kind == Observable::kNothing) return;
     one.fact = {predicate, arguments, {}};
     one.text = task.AtomName({predicate, arguments});
     one.object = scene.FindObjectId(names[0]);

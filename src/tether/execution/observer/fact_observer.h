@@ -13,7 +13,7 @@ namespace tether::execution {
 
 /// What poses and the hand tell of a ground atom: `on` of two objects, `in` of an object and a region or
 /// group, `inhand` of an object; of all others nothing.
-enum class Observable { kNone, kOn, kIn, kInHand };
+enum class Observable { kNothing, kOn, kIn, kInHand };
 /// By the names of predicate and arguments, and what these are in the scene.
 Observable FindObservable(const scene::Scene& scene, const std::string& predicate,
                           const std::vector<std::string>& arguments);

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/monitor/replanning.h"
 #include "tether/execution/observer/event.h"
 #include "tether/planning/plan/plan.h"
@@ -67,10 +68,8 @@ class PlanRunner {
     std::optional<task::TemporalGoal> temporal;
   };
   virtual bool ChangeGoal(const Goal&) { return false; }
-  /// Pairs that the present step may bring into contact: names of objects, and "hand".
-  virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
-  /// Whether the present step may bring these two into contact, in either order.
-  bool Allows(const std::string& a, const std::string& b) const;
+  /// Pairs that the present step may bring into contact.
+  virtual const TouchList& allowed() const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

@@ -53,9 +53,7 @@ class Sequencer : public PlanRunner {
   int replans() const override { return replans_; }
   bool ChangeGoal(const Goal& goal) override;
   const std::vector<PlanningRecord>& plannings() const override { return plannings_; }
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override {
-    return servo_->allowed();
-  }
+  const TouchList& allowed() const override { return servo_->allowed(); }
   const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
 
  protected:

@@ -54,7 +54,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
   std::vector<control::FieldConstraint> fields =
-      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()).fields;
+      BuildConstraints(options_.constraints, control_scene_, bodies).fields;
   fields.insert(fields.end(), verb_fields_.begin(), verb_fields_.end());
   control::VelocityOptions free_options = options_.controller;
   free_options.gain = free_options.field_gain = 0.5 / kStep;

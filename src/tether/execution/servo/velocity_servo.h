@@ -7,6 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/contact/after_contact.h"
+#include "tether/execution/contact/supports.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/reference/goal_search.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -50,7 +53,7 @@ class VelocityServo final : public Servo {
   void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
+  const TouchList& allowed() const override { return allowed_; }
   const std::vector<control::FieldConstraint>& verb_fields() const override;
 
   // velocity_reach.cc
@@ -71,18 +74,12 @@ class VelocityServo final : public Servo {
   void WatchDrive();
 
   // velocity_contact.cc: what may be touched.
+  static Supports::Distances SupportDistances(const VelocityServoOptions& options);
   void UpdateAllowed();
   bool KeepsOff() const;
   void WatchApproach();
-  std::vector<std::string> NamesOf(const std::string& name) const;
-  std::vector<int> BodiesOf(const std::string& name) const;
-
-  void FindSupports();
-  void FindCarriers(const scene::Region& region, std::vector<ObjectId>& found) const;
   void FindBeneath();
-  bool IsOver(ObjectId object, ObjectId carrier) const;
-  ObjectId ContactObject() const;
-  bool IsClearOf(ObjectId object) const;
+  /// The hand goes along with what was touched.
   void GoAlong(bool move);
 
   // velocity_force.cc
@@ -137,15 +134,16 @@ class VelocityServo final : public Servo {
   double grasp_width_ = 0;           ///< … with this between the fingers, m.
   double speed_ = 0, tolerance_m_ = 0, tolerance_rad_ = 0;
   std::vector<control::FieldConstraint> verb_fields_;  ///< The controller's, of the present verb.
-  std::vector<std::pair<std::string, std::string>> allowed_;
+  Supports supports_;
+  AfterContact after_contact_;
+  TouchList allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;  ///< `allowed_`, by the controller's numbers.
-  std::vector<ObjectId> supports_;                   ///< What the held object stood on and still touches.
-  std::vector<ObjectId> carriers_, carriers_next_;   ///< What carries the region that this step is about.
+  std::vector<ObjectId> first_ends_, second_ends_;
+  std::vector<ObjectId> carriers_, carriers_next_;  ///< What carries the region that this step is about.
   std::vector<ObjectId> beneath_,
       beneath_next_;                   ///< What lies under these, or under what carries the target.
   math::Pose goal_pose_;               ///< Of the hand, of a shift, in the frame of `along_` or the base.
   ObjectId along_;                     ///< The object that the goal goes along with.
-  bool clear_ = false;                 ///< Of what was touched before this verb.
   std::vector<Eigen::VectorXd> path_;  ///< A detour that is being followed; what is left of it.
   size_t waypoint_ = 0;
   int detours_ = 0;

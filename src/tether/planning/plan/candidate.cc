@@ -415,8 +415,8 @@ class CandidateRun {
   std::vector<FrameId> obstructions_;
 };
 
-/// The objects that must be moved so that the last of the failing actions may succeed, if those before it have
-/// to do with neither them nor it: then the same holds whatever else comes before.
+/// The objects that must be moved so that the last of the failing actions may succeed, if those before it
+/// have to do with neither them nor it: then the same holds whatever else comes before.
 std::vector<FrameId> FindObstructions(const SceneFacts& facts, const std::vector<std::string>& actions,
                                       const std::vector<BoundStep>& steps, const CandidateRun& run,
                                       size_t failing) {
@@ -464,8 +464,7 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const Skeleton& skeleton, int
   if (verdict.report.status == CandidateStatus::kGaveUp && verdict.failing_actions == 0 && !limits.Over())
     verdict.failing_actions = FindFailingActions(facts, skeleton.actions, skeleton.steps, run, index, limits);
   if (verdict.report.status == CandidateStatus::kGaveUp && verdict.unmoved.empty())
-    verdict.unmoved =
-        FindObstructions(facts, skeleton.actions, skeleton.steps, run, verdict.failing_actions);
+    verdict.unmoved = FindObstructions(facts, skeleton.actions, skeleton.steps, run, verdict.failing_actions);
   verdict.report.optimize_s = limits.Elapsed() - begin;
   return verdict;
 }
