@@ -38,10 +38,11 @@ void VelocityServo::UpdateAllowed() {
     }
   };
   if (s_.in_plan()) {
-    const ObjectId target = control_scene_.Find(schema().target);
-    const auto is_target = [&](const AllowedEnd& end) { return target.valid() && end.object == target; };
+    const ObjectId target = s_.current().target.object;
     for (const auto& [first, second] : s_.current().allow) {
-      if (keeps_off_ && ((first.hand && is_target(second)) || (second.hand && is_target(first)))) continue;
+      const bool touches_target =
+          (first.hand && second.object == target) || (second.hand && first.object == target);
+      if (keeps_off_ && touches_target) continue;
       find(first, &first_ends_);
       find(second, &second_ends_);
       for (const ObjectId a : first_ends_) {
@@ -60,7 +61,7 @@ void VelocityServo::UpdateAllowed() {
 
 // A reach that another one follows leads to before the target, which the hand touches in the last one.
 bool VelocityServo::KeepsOff() const {
-  if (!s_.in_plan() || s_.held.valid() || s_.verb >= static_cast<int>(s_.verbs().size())) return false;
+  if (!s_.in_plan() || s_.held != kNone || s_.verb >= static_cast<int>(s_.verbs().size())) return false;
   const auto is_reach = [](const planning::Verb& verb) {
     return std::holds_alternative<planning::ReachVerb>(verb);
   };
@@ -70,14 +71,12 @@ bool VelocityServo::KeepsOff() const {
 
 void VelocityServo::WatchApproach() {
   if (keeps_off_ || !KeepsOff()) return;
-  const ObjectId target = control_scene_.Find(schema().target);
-  if (!target.valid()) return;
-  double keep = 0;
-  for (const control::ConstraintSpec& spec : options_.constraints) keep = std::max(keep, spec.distance);
+  const ObjectId target = s_.current().target.object;
+  if (target == kNone) return;
   const double distance = geometry::SignedDistance(s_.model->HandShape(s_.opening), s_.X_WH,
                                                    s_.object(target).shape, s_.objects[target].X)
                               .distance;
-  if (distance < keep + options_.controller.buffer + kTouching) return;
+  if (distance < SupportDistances(options_).clear) return;
   keeps_off_ = true;
   UpdateAllowed();
 }

@@ -45,22 +45,17 @@ void VelocityServo::WatchForce() {
     return;
   }
   if (pressed_since_ < 0) pressed_since_ = s_.time;
-  away_B_ = force_B / force;
   if (s_.time - pressed_since_ < kFor) return;
   if (s_.time > backs_off_until_) {
     s_.Record(EventKind::kSafety,
               "the hand presses with about " + Fixed(force, 0) + " N, more than is allowed; it backs off");
+    Pose X_BH = kinematics_.X_BH();
+    X_BH.p += kAhead / force * force_B;
+    back_off_.functions = control::MakeObjective(control::Objective::kPose, X_BH);
+    back_off_.speed = kBackOffSpeed;
+    back_off_.turn_speed = options_.turn_speed;
   }
   backs_off_until_ = s_.time + kBackOffFor;
-}
-
-const control::Goal* VelocityServo::BackOff() {
-  Pose X_BH = kinematics_.X_BH();
-  X_BH.p += kAhead * away_B_;
-  back_off_.functions = control::MakeObjective(control::Objective::kPose, X_BH);
-  back_off_.speed = kBackOffSpeed;
-  back_off_.turn_speed = options_.turn_speed;
-  return &back_off_;
 }
 
 }  // namespace tether::execution

@@ -206,7 +206,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
-  if (s_.time < backs_off_until_ && !s_.stopping) goal = BackOff();
+  if (s_.time < backs_off_until_ && !s_.stopping) goal = &back_off_;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();

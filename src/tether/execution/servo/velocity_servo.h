@@ -84,7 +84,6 @@ class VelocityServo final : public Servo {
 
   // velocity_force.cc
   void WatchForce();
-  const control::Goal* BackOff();
 
   // velocity_reach.cc
   bool ComesToRest();
@@ -153,7 +152,6 @@ class VelocityServo final : public Servo {
   robot::Kinematics kinematics_;  ///< Of the measured joints.
   Eigen::MatrixXd J_BH_;
   double pressed_since_ = -1, backs_off_until_ = -1;
-  Eigen::Vector3d away_B_ = Eigen::Vector3d::Zero();  ///< Along the force on the hand, unit.
   control::Goal back_off_;
 };
 
