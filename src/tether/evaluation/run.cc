@@ -433,12 +433,12 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   options.period = 1.0 / settings.rate;
   options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
   options.constraints = scenario.control_constraints;
+  options.max_force = settings.max_force;
   if (settings.controller != scenario::Controller::kConstrainedVelocity) {
     control::OperationalSpaceGains& gains = options.torque.gains;
     if (settings.gain) gains.position = gains.rotation = *settings.gain;
     if (settings.damping) gains.position_damping = gains.rotation_damping = *settings.damping;
     options.constraints = execution::TorqueConstraints(options.constraints, scenario.scene);
-    options.max_force = settings.max_force;
     return options;
   }
   if (settings.gain) options.controller.gain = *settings.gain;

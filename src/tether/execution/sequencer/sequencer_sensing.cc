@@ -100,7 +100,7 @@ ObjectId Sequencer::LostTarget() const {
 
 std::pair<Sequencer::Wrong, double> Sequencer::FindWrong() {
   using Trouble = ObservationGuard::Trouble;
-  if (guard_.trouble() != Trouble::kNone) {
+  if (guard_.trouble() != Trouble::kFine) {
     const double silence = std::max(options_.faults.silence, 3 * options_.period);
     return {Wrong::kArm, guard_.trouble() == Trouble::kClock ? 0 : silence};
   }

@@ -3,6 +3,7 @@
 #include "tether/control/objective.h"
 #include "tether/execution/contact/carriers.h"
 #include "tether/execution/servo/velocity_servo.h"
+#include "tether/geometry/distance/distance.h"
 
 namespace tether::execution {
 namespace {
@@ -37,7 +38,11 @@ void VelocityServo::UpdateAllowed() {
     }
   };
   if (s_.in_plan()) {
+    const ObjectId target = s_.current().target.object;
     for (const auto& [first, second] : s_.current().allow) {
+      const bool touches_target =
+          (first.hand && second.object == target) || (second.hand && first.object == target);
+      if (keeps_off_ && touches_target) continue;
       find(first, &first_ends_);
       find(second, &second_ends_);
       for (const ObjectId a : first_ends_) {
@@ -52,6 +57,28 @@ void VelocityServo::UpdateAllowed() {
   FindBodies(allowed_, controller_.bodies(), &allowed_bodies_);
   controller_.Allow(allowed_bodies_);
   if (drive_) drive_->Allow(allowed_bodies_);
+}
+
+// A reach that another one follows leads to before the target, which the hand touches in the last one.
+bool VelocityServo::KeepsOff() const {
+  if (!s_.in_plan() || s_.held != kNone || s_.verb >= static_cast<int>(s_.verbs().size())) return false;
+  const auto is_reach = [](const planning::Verb& verb) {
+    return std::holds_alternative<planning::ReachVerb>(verb);
+  };
+  const auto verb = s_.verbs().begin() + s_.verb;
+  return is_reach(*verb) && std::any_of(verb + 1, s_.verbs().end(), is_reach);
+}
+
+void VelocityServo::WatchApproach() {
+  if (keeps_off_ || !KeepsOff()) return;
+  const ObjectId target = s_.current().target.object;
+  if (target == kNone) return;
+  const double distance = geometry::SignedDistance(s_.model->HandShape(s_.opening), s_.X_WH,
+                                                   s_.object(target).shape, s_.objects[target].X)
+                              .distance;
+  if (distance < SupportDistances(options_).clear) return;
+  keeps_off_ = true;
+  UpdateAllowed();
 }
 
 // What lies under what the held object stood on, and under what carries the region that it is brought to.

@@ -33,7 +33,9 @@ VelocityServo::VelocityServo(Situation& situation,
       watch_(shared_.watch()),
       goal_search_(s_.model),
       supports_(s_, SupportDistances(options_)),
-      after_contact_(s_, supports_) {
+      after_contact_(s_, supports_),
+      kinematics_(s_.model),
+      J_BH_(6, s_.model->dof()) {
   if (options_.torques) MakeDrive();
 }
 
@@ -68,6 +70,8 @@ void VelocityServo::Sense() {
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
+  WatchApproach();
+  WatchForce();
 }
 
 void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_opening; }
@@ -88,6 +92,9 @@ void VelocityServo::BeginVerb() {
   controller_.SetExtraFields({});
   if (drive_) drive_->SetExtraFields({});
   after_contact_.Start();
+  if (!keeps_off_) return;
+  keeps_off_ = false;
+  UpdateAllowed();
 }
 
 void VelocityServo::Rest(bool first) {
@@ -199,6 +206,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
+  if (s_.time < backs_off_until_ && !s_.stopping) goal = &back_off_;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();

@@ -76,9 +76,14 @@ class VelocityServo final : public Servo {
   // velocity_contact.cc: what may be touched.
   static Supports::Distances SupportDistances(const VelocityServoOptions& options);
   void UpdateAllowed();
+  bool KeepsOff() const;
+  void WatchApproach();
   void FindBeneath();
   /// The hand goes along with what was touched.
   void GoAlong(bool move);
+
+  // velocity_force.cc
+  void WatchForce();
 
   // velocity_reach.cc
   bool ComesToRest();
@@ -123,6 +128,7 @@ class VelocityServo final : public Servo {
   bool placed_ = false;       ///< The controller has seen the arm.
   bool entered_ = false;      ///< The present motion.
   double braked_since_ = -1;  ///< Before it; −1: not.
+  bool keeps_off_ = false;    ///< The hand is clear of the step's target, and does not touch it yet.
   std::optional<control::Goal> goal_;
   std::optional<math::Pose> grasp_;  ///< Chosen for this step, where the plan has no key pose …
   double grasp_width_ = 0;           ///< … with this between the fingers, m.
@@ -143,6 +149,10 @@ class VelocityServo final : public Servo {
   int detours_ = 0;
   double relaxed_until_ = -1, escaping_until_ = -1;
   bool faulty_ = false;
+  robot::Kinematics kinematics_;  ///< Of the measured joints.
+  Eigen::MatrixXd J_BH_;
+  double pressed_since_ = -1, backs_off_until_ = -1;
+  control::Goal back_off_;
 };
 
 }  // namespace tether::execution
