@@ -139,7 +139,7 @@ planning::PlanOrigin Origin(const std::string& scenario, uint64_t seed) {
 
 std::vector<scenario::Event> ChooseEvents(const scenario::Scenario& scenario, const std::string& file) {
   if (file.empty()) return scenario.events;
-  return scenario::ReadEvents(file, {&scenario.scene, &scenario.actions});
+  return scenario::ReadEvents(file, {&scenario.scene, &scenario.actions, scenario.problem.get()});
 }
 
 /// A plan is tied to objects and may be run although they have moved; violated constraints are reported

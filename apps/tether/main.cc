@@ -313,6 +313,10 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
       ->allow_extra_args(false);
   command->add_option("--scenario", options.scenario, "control: instead of the assistive scenario that ships")
       ->type_name("FILE");
+  command
+      ->add_option("--command", options.command,
+                   "control: velocity or torque, in place of what the scenario's controller commands")
+      ->type_name("KIND");
   command->add_option("--restarts", options.restarts, "Random starts of a scene (default 100)")
       ->type_name("N");
   command

@@ -10,15 +10,15 @@
 #include <thread>
 
 #include "tether/common/log.h"
-#include "tether/common/output/output_header.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
+#include "tether/evaluation/loop/disturber.h"
 #include "tether/evaluation/loop/replanning.h"
 #include "tether/evaluation/margins/run_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/execution/servo/torque_servo.h"
-#include "tether/planning/plan/plan_file.h"
+#include "tether/planning/modes/region_domain.h"
 #include "tether/robot/kinematics.h"
 #include "tether/sim/fault_model.h"
 #include "tether/sim/renderer.h"
@@ -37,18 +37,18 @@ class Run {
   Run(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
       const planning::Plan& plan, const RunOptions& options)
       : scenario_(scenario),
-        scene_(scene),
-        task_(task),
+        scene_(SceneOfRun(scenario, scene)),
+        task_(&task),
         options_(options),
         period_(1.0 / scenario.execution.rate),
-        world_(scene, scenario.models),
-        runner_(MakeRunner(scenario, scene, task, plan, options)),
-        margins_(scenario, scene, *runner_, period_),
-        sensors_(scenario.sensing, scene, scenario.models, options.seed),
+        world_(scene_, scenario.models),
+        runner_(MakeRunner(scenario, scene_, task, plan, options)),
+        margins_(scenario, scene_, *runner_, period_),
+        sensors_(scenario.sensing, scene_, scenario.models, options.seed),
         cost_(plan.cost),
-        done_(options.events.size(), false) {
+        disturber_(scene_, options.events, options.seed, world_) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
-    if (goal) temporal_judge_.emplace(scene, task, *goal);
+    if (goal) temporal_judge_.emplace(scene_, task, *goal);
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -110,6 +110,11 @@ class Run {
   }
 
  private:
+  /// In the domain of regions, what has come to lie in none of them is at its spot.
+  static scene::Scene SceneOfRun(const scenario::Scenario& scenario, const scene::Scene& scene) {
+    return scenario.problem != nullptr && scenario.task.domain.empty() ? planning::WithSpots(scene) : scene;
+  }
+
   /// Other actions, for where plans are not made anew. The task outlives the run.
   static execution::Alternative MakeAlternative(const scenario::Scenario& scenario,
                                                 const symbolic::Task& task, const RunOptions& options) {
@@ -121,12 +126,12 @@ class Run {
     };
   }
 
-  /// Nothing for temporal goals.
   static execution::ReplanningOptions MakeReplanning(const scenario::Scenario& scenario,
                                                      const scene::Scene& scene, const symbolic::Task& task,
                                                      const RunOptions& options) {
     execution::ReplanningOptions replanning;
-    if (!options.replan || options.goal || scenario.goal || scenario.problem == nullptr) return replanning;
+    if (!options.replan || scenario.problem == nullptr) return replanning;
+    replanning.goal = options.goal ? options.goal : scenario.goal;
     replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
     // The task outlives the run.
     replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
@@ -190,12 +195,13 @@ class Run {
     world_.Truth(&truth_);
     history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
+    const scene::WorldEstimate& visible = Visible();
     const bool faulty = faults_.active(world_.time());
     const bool exact = sensors_.exact() && !faulty;
-    if (!exact) sensors_.Sense(truth_, observations_, &estimate_, &sensed_);
+    if (!exact) sensors_.Sense(visible, observations_, &estimate_, &sensed_);
     if (faulty) faults_.Distort(world_.time(), &estimate_, &sensed_);
     const robot::Commands& commands =
-        exact ? runner_->Step(truth_, observations_) : runner_->Step(estimate_, sensed_);
+        exact ? runner_->Step(visible, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
       margins_.Observe(world_, truth_, observations_, commands, *runner_);
     }
@@ -204,7 +210,7 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb(exact, commands);
+    Disturb(exact ? visible : estimate_, exact ? observations_ : sensed_, commands);
     Log(&commands);
     Apply(commands);
     if (options_.realtime) {
@@ -220,6 +226,13 @@ class Run {
     world_.Apply(distorted_, period_);
   }
 
+  const scene::WorldEstimate& Visible() {
+    if (disturber_.removed().empty()) return truth_;
+    visible_ = truth_;
+    for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
+    return visible_;
+  }
+
   /// Hands the recorder what this tick is.
   void Log(const robot::Commands* commands) {
     if (recorder_ == nullptr) return;
@@ -228,10 +241,10 @@ class Run {
 
   /// Records what the executive did in this tick.
   void TakeEvents() {
-    started_.clear();
     for (; seen_ < runner_->events().size(); ++seen_) {
       const execution::Event event = runner_->events()[seen_];
-      if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
+      if (event.kind == execution::EventKind::kActionStarted) moment_.started.push_back(event.text);
+      if (event.kind == execution::EventKind::kStepStarted) moment_.steps.push_back(event.step);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
       if (event.kind == execution::EventKind::kStalled) LogContacts();
       if (event.kind == execution::EventKind::kStepStarted ||
@@ -245,34 +258,38 @@ class Run {
     }
   }
 
-  void Disturb(bool exact, const robot::Commands& commands) {
-    for (size_t i = 0; i < options_.events.size(); ++i) {
-      const scenario::Event& event = options_.events[i];
-      const bool starts = std::find(started_.begin(), started_.end(), event.starts) != started_.end();
-      const bool now = event.starts.empty() ? world_.time() >= event.time : starts;
-      if (done_[i] || !now) continue;
-      done_[i] = true;
-      Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      if (event.fault) {
-        faults_.Start(*event.fault, world_.time(), exact ? truth_ : estimate_,
-                      exact ? observations_ : sensed_, commands);
-      } else if (!event.robot.empty()) {
-        world_.PushArm(event.robot, event.torques, event.over);
-      } else {
-        world_.MoveObject(event.object, Goal(event), event.over, event.steady);
-      }
+  void Disturb(const scene::WorldEstimate& estimate, const robot::Observations& seen,
+               const robot::Commands& commands) {
+    const int done = ActionsDone();
+    for (; ended_ < done && ended_ < static_cast<int>(runner_->plan().actions.size()); ++ended_)
+      moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
+    for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
+      Record(world_.time(), "disturbance", runner_->step(), event->Describe());
+      if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
+      if (const auto* fault = std::get_if<robot::Fault>(&event->other))
+        faults_.Start(*fault, world_.time(), estimate, seen, commands);
+    }
+    moment_ = {};
+  }
+
+  void ChangeGoal(const scenario::NewGoal& goal) {
+    if (!runner_->ChangeGoal({goal.pddl, goal.temporal})) {
+      Record(world_.time(), "never_happened", runner_->step(), "nothing plans for another goal in this run");
+      return;
+    }
+    temporal_judge_.reset();
+    if (goal.temporal) {
+      temporal_judge_.emplace(scene_, *task_, *goal.temporal);
+    } else {
+      own_task_ = symbolic::Task::Ground(symbolic::WithGoal(task_->problem(), goal.pddl, {}));
+      task_ = own_task_.get();
     }
   }
 
   /// Events that never started are reported: the run did not test what it should.
   void NameMissedEvents() {
-    for (size_t i = 0; i < options_.events.size(); ++i) {
-      if (done_[i]) continue;
-      const scenario::Event& event = options_.events[i];
-      const std::string why = event.starts.empty() ? "the run ended before " + Fixed(event.time, 2) + " s"
-                                                   : "'" + event.starts + "' never started";
-      Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
-    }
+    for (const std::string& missed : disturber_.Missed())
+      Record(world_.time(), "never_happened", runner_->step(), missed);
   }
 
   /// What touches what, for --verbose: why a motion may have stopped.
@@ -300,16 +317,6 @@ class Run {
                  object.name.c_str(), X.p.x(), X.p.y(), X.p.z(), w.x(), w.y(), w.z());
       LogDebug(text);
     }
-  }
-
-  math::Pose Goal(const scenario::Event& event) const {
-    if (!event.has_goal) {
-      const math::Pose& X = truth_.X_WO.at(event.object);
-      return {event.X_by.R * X.R, event.X_by.p + X.p};
-    }
-    const auto parent = truth_.X_WO.find(event.parent);
-    return (parent != truth_.X_WO.end() ? parent->second : scene_.InitialPose(event.parent)) *
-           event.X_ParentGoal;
   }
 
   void Record(double time, const std::string& kind, int step, const std::string& text) {
@@ -364,15 +371,27 @@ class Run {
     if (temporal_judge_) {
       report_.judgement = temporal_judge_->Judge(truth);
     } else {
-      report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+      report_.judgement = JudgeGoal(scene_, truth, *task_, runner_->plan().actions, ActionsDone());
     }
     if (report_.status != RunStatus::kNotCalled) return;
     report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
+    if (report_.judgement.goal_reached || !report_.reason.empty()) return;
+    for (const RunEvent& event : report_.events) {
+      if (event.kind == "goal_broken") report_.reason += (report_.reason.empty() ? "" : ", ") + event.text;
+    }
+    if (!report_.reason.empty()) {
+      report_.reason += " can't become true any more";
+      return;
+    }
+    for (const GoalFact& fact : report_.judgement.facts)
+      report_.reason += (report_.reason.empty() ? "the goal does not hold: " : ", ") + fact.atom +
+                        (fact.holds ? " is true" : " is false");
   }
 
   const scenario::Scenario& scenario_;
-  const scene::Scene& scene_;
-  const symbolic::Task& task_;
+  const scene::Scene scene_;
+  const symbolic::Task* task_;
+  std::shared_ptr<const symbolic::Task> own_task_;  ///< Null until the goal becomes another.
   const RunOptions& options_;
   double period_;
   sim::World world_;
@@ -390,31 +409,15 @@ class Run {
   robot::Commands distorted_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
-  std::vector<std::string> started_;  ///< Actions that started in this tick.
-  std::vector<bool> done_;            ///< Per disturbance.
+  Disturber disturber_;
+  Disturber::Moment moment_;      ///< What has begun and ended in this tick.
+  int ended_ = 0;                 ///< Actions of the plan that have.
+  scene::WorldEstimate visible_;  ///< The truth without objects that are not there.
   RunReport report_;
   std::unique_ptr<RunRecorder> recorder_;  ///< Null: no log.
 };
 
 }  // namespace
-
-std::string ToString(RunStatus status) {
-  switch (status) {
-    case RunStatus::kNotCalled:
-      return "not_called";
-    case RunStatus::kSuccess:
-      return "success";
-    case RunStatus::kGoalMissed:
-      return "goal_missed";
-    case RunStatus::kFailed:
-      return "failed";
-    case RunStatus::kTimeout:
-      return "timeout";
-    case RunStatus::kInterrupted:
-      return "interrupted";
-  }
-  return "not_called";
-}
 
 void RequireRunnable(const scenario::Scenario& scenario, const symbolic::Task& task,
                      const planning::Plan& plan) {
@@ -443,55 +446,6 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
 RunReport RunPlan(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
                   const planning::Plan& plan, const RunOptions& options) {
   return Run(scenario, scene, task, plan, options).Execute();
-}
-
-Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed) {
-  Value actions = Value::Array(), steps = Value::Array(), events = Value::Array(), facts = Value::Array();
-  for (const std::string& action : report.plan.actions) actions.Append(action);
-  for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
-    const execution::StepRecord& record = report.steps[i];
-    planning::PlanStep executed = report.plan.steps[i];
-    executed.X_TC = record.X_TC.value_or(executed.X_TC);
-    Value step = planning::WriteStep(executed, false);
-    step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
-    step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
-    steps.Append(step);
-  }
-  for (const RunEvent& event : report.events) {
-    events.Append(Value::Object()
-                      .Set("time_s", event.time)
-                      .Set("kind", event.kind)
-                      .Set("step", event.step)
-                      .Set("text", event.text));
-  }
-  for (const GoalFact& fact : report.judgement.facts) {
-    facts.Append(Value::Object()
-                     .Set("atom", fact.atom)
-                     .Set("holds", fact.holds)
-                     .Set("judged_by", fact.geometric ? "geometry" : "effects")
-                     .Set("lapsed", fact.lapsed));
-  }
-  Value margins = Value::Array();
-  for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
-  Value snapshots = Value::Array();
-  for (const std::string& file : report.snapshots) snapshots.Append(file);
-  Value value = OutputHeader("tether.run/1", seed);
-  value.Set("scenario", scenario).Set("status", ToString(report.status));
-  value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
-  value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
-  value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
-  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
-  value.Set("unintended_forces", WriteForces(report.forces));
-  Value poses = Value::Object();
-  for (const auto& [object, X_WO] : report.final_X_WO) {
-    const Eigen::Quaterniond q(X_WO.R);
-    poses.Set(object,
-              Value::Object()
-                  .Set("position", Eigen::VectorXd(X_WO.p))
-                  .Set("quaternion_wxyz", Eigen::VectorXd(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()))));
-  }
-  value.Set("final_poses", poses).Set("snapshots", snapshots);
-  return value;
 }
 
 }  // namespace tether::evaluation

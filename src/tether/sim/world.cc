@@ -300,4 +300,9 @@ void World::MoveObject(const std::string& object, const math::Pose& X_WO_goal, d
   world.drives[index] = drive;
 }
 
+bool World::IsDriven(const std::string& object) const {
+  const Impl::ObjectEntry& entry = impl_->objects[static_cast<size_t>(impl_->ObjectIndex(object))];
+  return entry.leader >= 0 && impl_->drives.contains(entry.leader);
+}
+
 }  // namespace tether::sim

@@ -457,6 +457,7 @@ bool World::Impl::LacksRoom() const {
 }
 
 void World::Impl::Step() {
+  ActOnObjects();
   FollowDrives();
   mj_step1(model.get(), data.get());
   while (LacksRoom()) {

@@ -74,7 +74,8 @@ std::optional<Value> MeasureScene(const CampaignOptions& options, const Campaign
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
   if (options.name == "execution") return MeasureExecution(scene, options.no_robot, options.stop);
   if (options.name == "disturbed") return MeasureDisturbed(scene, options.stop);
-  if (options.name == "control") return MeasureControl(scene, ScenarioOf(options), options.stop);
+  if (options.name == "control")
+    return MeasureControl(scene, ScenarioOf(options), options.command, options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
 }
@@ -106,6 +107,7 @@ Value HeaderOf(const CampaignOptions& options) {
                      .Set("restarts", options.restarts);
   if (options.name == "execution") header.Set("no_robot", options.no_robot);
   if (options.name == "control" && !options.scenario.empty()) header.Set("scenario", options.scenario);
+  if (!options.command.empty()) header.Set("command", options.command);
   return header;
 }
 
@@ -126,7 +128,8 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
       {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"},
       {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"},
       {"control",
-       "one scenario (the velocity controller): 30 seeds, 100 with an obstacle moved, 100 with one crossing"},
+       "one scenario, with velocities or torques: 30 seeds, 100 with an obstacle moved, 100 with one "
+       "crossing"},
       {"disturbed",
        "the shipped scenes under random disturbances, and which limits were passed; 100 of each"}};
 }
@@ -150,6 +153,11 @@ void CampaignOptions::Validate() const {
   }
   if (!scenario.empty() && name != "control")
     diagnostics.Add({}, "--scenario has no effect on campaign '" + name + "'", "with campaign 'control'");
+  if (!command.empty() && name != "control") {
+    diagnostics.Add({}, "--command has no effect on campaign '" + name + "'", "with campaign 'control'");
+  } else if (!command.empty() && command != "velocity" && command != "torque") {
+    diagnostics.Add({}, "--command is '" + command + "'", "velocity or torque");
+  }
   if (no_robot && (name == "control" || name == "disturbed"))
     diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
                     "its plans are executed by an arm");

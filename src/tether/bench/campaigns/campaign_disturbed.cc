@@ -84,7 +84,7 @@ std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::ato
   Value kinds = Value::Array(), events = Value::Array();
   for (const std::string& kind : drawn.kinds) kinds.Append(kind);
   for (const scenario::Event& event : drawn.events)
-    events.Append((event.starts.empty() ? Fixed(event.time, 2) + " s" : event.starts) + ": " +
+    events.Append((event.starts.empty() ? Value(event.time).AsText() + " s" : event.starts) + ": " +
                   event.Describe());
   if (drawn.obstacle) {
     const auto& ball = std::get<geometry::Sphere>(drawn.obstacle->object.shape.parts.front().primitive);

@@ -110,6 +110,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
                                   &work,
                                   &unexplained,
                                   &thrown,
+                                  &across,
                                   &wanted,
                                   &goal_row,
                                   &qddot,
@@ -143,7 +144,8 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
     return false;
   }
   task_finite = std::isfinite(task.max_force) && (task.hand == nullptr || IsFinite(*task.hand)) &&
-                (task.posture == nullptr || task.posture->allFinite());
+                (task.posture == nullptr || task.posture->allFinite()) &&
+                (task.velocities == nullptr || task.velocities->allFinite());
   rows_finite = std::isfinite(input.opening);
   for (const MovingPose& object : input.objects) {
     rows_finite = rows_finite && object.X.R.allFinite() && object.X.p.allFinite() && object.V.allFinite();
@@ -201,10 +203,12 @@ void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
   g.setZero();
   // Where something is not finite the arm brakes, under the constraints that are known.
   flags.fault = !rows_finite || !task_finite;
-  if (flags.fault || (task.hand == nullptr && task.goal == nullptr)) {
+  if (flags.fault || (task.hand == nullptr && task.goal == nullptr && task.velocities == nullptr)) {
     AddBrake(1, options.brake_rate);
   } else if (flags.yielding) {
     AddRetreat();
+  } else if (task.velocities != nullptr) {
+    AddVelocities(*task.velocities, task.max_force);
   } else {
     if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
     if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);

@@ -58,9 +58,11 @@ struct ConstrainedTorque::Impl {
   void AddHand(const HandTarget& target, double max_force);
   void AddJoints(const JointTarget& joints);
   void AddGoal(const Goal& goal, double max_force);
+  void AddVelocities(const Eigen::VectorXd& velocities, double max_force);
+  double PressedShare(const math::Vector6d& a, const math::Vector6d& V_BH, double max_force);
   void AddPosture(const Eigen::VectorXd* posture);
   void AvoidSingularity();
-  void AddBrake(double weight, double rate);
+  void AddBrake(double weight, double rate, const Eigen::VectorXd* against = nullptr);
   void AddRetreat();
 
   // torque_solve.cc
@@ -125,7 +127,8 @@ struct ConstrainedTorque::Impl {
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.
   Eigen::VectorXd work, unexplained;
-  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s².
+  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s² …
+  Eigen::VectorXd across;  ///< … without those along a contact's normal.
 
   FunctionRows function_rows;
   Eigen::VectorXd wanted, goal_row;

@@ -91,6 +91,49 @@ TEST(ConstrainedTorque, TracksACircleAsOperationalSpaceControlDoes) {
   RecordProperty("work_ratio", std::to_string(now.work / before.work));
 }
 
+TEST(ConstrainedTorque, FollowsJointVelocities) {
+  TorqueArm arm;
+  ConstrainedTorque controller(arm.model, Pose(), {}, {}, {}, {});
+  VectorXd wanted = VectorXd::Zero(7);
+  TorqueTask task;
+  task.velocities = &wanted;
+  for (int i = 0; i < 4000; ++i) {
+    for (int j = 0; j < 7; ++j) wanted[j] = 0.2 * std::sin(0.001 * i * (1 + 0.2 * j));
+    arm.Step(controller.Compute({arm.state, 0.04, {}}, task));
+    if (i > 200) {
+      EXPECT_LT((arm.v - wanted).cwiseAbs().maxCoeff(), 0.012) << i;
+    }
+  }
+  EXPECT_EQ(arm.Exceeded(), "");
+}
+
+// An arm that does not move whatever it is told: what holds it feels no more than is allowed.
+TEST(ConstrainedTorque, VelocitiesArePressedForWithNoMoreThanIsAllowed) {
+  for (const double most : {15.0, 40.0}) {
+    TorqueArm arm;
+    ConstrainedTorque controller(arm.model, Pose(), {}, {}, {}, {});
+    VectorXd wanted = VectorXd::Zero(7);
+    wanted[1] = 2;
+    wanted[3] = -1;
+    TorqueTask task;
+    task.velocities = &wanted;
+    task.max_force = most;
+    double force = 0;
+    for (int i = 0; i < 300; ++i) {
+      const VectorXd excess = controller.Compute({arm.state, 0.04, {}}, task) - arm.state.bias();
+      const Eigen::MatrixXd MinvJt = arm.state.M().llt().solve(arm.state.J_BH().transpose());
+      const Eigen::MatrixXd mobility = arm.state.J_BH() * MinvJt;
+      force = mobility.topLeftCorner<3, 3>()
+                  .llt()
+                  .solve(Vector3d((MinvJt.transpose() * excess).head<3>()))
+                  .norm();
+      EXPECT_TRUE(i < 20 || controller.flags().force_limit);
+    }
+    EXPECT_LT(force, 1.05 * most);
+    EXPECT_GT(force, 0.3 * most);
+  }
+}
+
 // Targets that jump anywhere, far out of reach, behind the base: no limit is passed, whatever they are.
 TEST(ConstrainedTorque, LimitsHoldWhateverIsAskedFor) {
   for (int seed = 0; seed < 8; ++seed) {

@@ -65,6 +65,11 @@ void ConstrainedTorque::Impl::SetJointBounds() {
         MostAccelerationToKeepSpeed(fastest + v[i], kHarder * hardest, dt, braking) - down;
     velocity_upper[i] = std::min(keep_up, std::max({hardest, -keep_down, position_lower[i]}));
     velocity_lower[i] = -std::min(keep_down, std::max({hardest, -keep_up, -position_upper[i]}));
+    // To hold against it is no acceleration: the other bound has so much more room.
+    position_upper[i] += down;
+    position_lower[i] -= up;
+    velocity_upper[i] += down;
+    velocity_lower[i] -= up;
     // No more is asked for than the joint's own torque can do: else all the others are thrown about for it.
     const double own = kWithin * Minv(i, i) * half[i];
     for (Eigen::VectorXd* bound : {&velocity_upper, &position_upper})
@@ -82,8 +87,8 @@ void ConstrainedTorque::Impl::SetJointBounds() {
     }
     // Limits come before jerk: where the last acceleration is beyond them, all of the change is allowed.
     const double change = model->max_jerk()[i] * dt;
-    smooth_lower[i] = std::max(-hardest, qddot[i] - change);
-    smooth_upper[i] = std::min(hardest, qddot[i] + change);
+    smooth_lower[i] = std::max(-hardest - up, qddot[i] - change);
+    smooth_upper[i] = std::min(hardest + down, qddot[i] + change);
     const double low = lower[i], high = upper[i];
     lower[i] = std::clamp(smooth_lower[i], low, high);
     upper[i] = std::clamp(smooth_upper[i], low, high);

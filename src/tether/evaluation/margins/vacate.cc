@@ -79,7 +79,9 @@ void VacateMonitor::Observe(const sim::World& world, const scene::WorldEstimate&
     objects_[i] = {truth.X_WO.at(name), world.ObjectVelocity(name)};
   }
   controller_.Compute({seen.q, seen.gripper_opening, objects_}, nullptr);
-  if (controller_.flags().relaxed || controller_.flags().fault) since_ = 0;
+  // What is torn out of the hand does not go where the hand goes, whatever the joints do.
+  const bool torn = !held_.empty() && world.IsDriven(held_);
+  if (torn || controller_.flags().relaxed || controller_.flags().fault) since_ = 0;
 }
 
 }  // namespace tether::evaluation

@@ -17,7 +17,8 @@ namespace tether::evaluation {
 
 /// Whether the arm could vacate what it came too near to: at every tick of the preceding 0.5 s, joint
 /// velocities within 80 % of the limits keep all distances, judged from the truth by a linear program of its
-/// own (rows ḋ ≥ −10 1/s · (d − d_safe), none shrinks below what is safe).
+/// own (rows ḋ ≥ −10 1/s · (d − d_safe), none shrinks below what is safe). It could not while a disturbance
+/// drives what is in the hand: that goes its own way.
 class VacateMonitor {
  public:
   VacateMonitor(const scene::Scene& scene, const std::string& robot,

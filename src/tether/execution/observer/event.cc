@@ -34,12 +34,18 @@ std::string_view ToString(EventKind kind) {
       return "transit";
     case EventKind::kReplanned:
       return "replanned";
+    case EventKind::kWaiting:
+      return "waiting";
+    case EventKind::kGoalBroken:
+      return "goal_broken";
     case EventKind::kClearance:
       return "clearance";
     case EventKind::kRetry:
       return "retry";
     case EventKind::kEstimateInvalid:
       return "estimate_invalid";
+    case EventKind::kSight:
+      return "sight";
     case EventKind::kSafety:
       return "safety";
     case EventKind::kFault:

@@ -66,7 +66,7 @@ void FactObserver::TakePoses(const IndexedVector<ObjectId, control::MovingPose>&
 bool FactObserver::IsSeen(const ObservableFact& fact,
                           const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held) const {
   if (fact.kind == Observable::kInHand) return held == fact.object;
-  if (held == fact.object) return false;
+  if (held == fact.object || !objects[fact.object].seen) return false;
   const scene::Object& body = scene_.object(fact.object);
   if (fact.kind == Observable::kIn) return scene::IsIn(scene_, X_WO_, body, fact.area);
   const math::Pose& X_WA = objects[fact.object].X;

@@ -51,6 +51,7 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
+  bool ChangeGoal(const Goal& goal) override;
   const std::vector<std::pair<std::string, std::string>>& allowed() const override {
     return servo_->allowed();
   }
@@ -86,6 +87,10 @@ class Sequencer : public PlanRunner {
   void Watch();
   bool ContinueLoop();
   bool AskForPlan(const std::string& reason, std::string* why);
+  PlanRequest MakeRequest();
+  void Request(PlanRequest request, int action, const std::string& reason);
+  void AskAgain();
+  void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
   bool AllowsAction(int action);
   void Verify();
@@ -101,6 +106,8 @@ class Sequencer : public PlanRunner {
   enum class Wrong { kNothing, kArm, kPoses, kPoseClock, kTarget };
   std::pair<Wrong, double> FindWrong();
   std::string DescribeWrong() const;
+  /// Torques can't hold an arm that is not measured for long: once it stands, its own servo is to.
+  void LetServoHold(robot::Command* command) const;
   /// An object of the present step whose pose has not been finite for long; kNone: there is none.
   ObjectId LostTarget() const;
 
@@ -124,10 +131,12 @@ class Sequencer : public PlanRunner {
   const Resolver resolve_;
   const SequencerOptions options_;
   robot::Commands commands_;
+  robot::Command::Mode mode_;  ///< Of the arm's commands, as the servo has them.
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
-  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
-  IndexedVector<ObjectId, double> valid_;  ///< When its pose was last finite, s.
+  IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, or lacking, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   ObservationGuard guard_;
   OwnClock estimate_clock_;
@@ -170,11 +179,25 @@ class Sequencer : public PlanRunner {
     int action = 0;  ///< It takes the place of the plan's actions from this one on.
     double due = 0;  ///< s
     std::string reason;
+    int goals = 0;  ///< The goal was changed so many times before.
+    PlanRequest request;
   };
   std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
   std::optional<Pending> pending_;
-  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
-  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  /// A plan is asked for again.
+  struct Again {
+    double due = 0;  ///< s
+    std::string reason;
+    int action = 0;  ///< As Pending has it.
+  };
+  std::optional<Again> ask_again_;
+  int ask_action_ = 0;
+  std::optional<Goal> new_goal_;         ///< That no plan has been adopted for yet.
+  int goals_ = 0;                        ///< Times that the goal was changed.
+  PlanRequest in_vain_;                  ///< What no plan was found for last …
+  std::string why_not_;                  ///< … and why.
+  int fruitless_ = 0;                    ///< Times in a row that no plan was found.
+  std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 

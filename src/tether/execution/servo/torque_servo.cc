@@ -11,7 +11,7 @@ namespace {
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
 // Joints that are slower stand, rad/s.
-constexpr double kAtRest = 0.02;
+constexpr double kAtRest = 0.05;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
@@ -149,21 +149,21 @@ TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const Contro
   stay_.posture = model->home();
 }
 
-const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const control::Goal* goal,
+const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const Eigen::VectorXd* velocities,
                                             double max_force) {
   state_.Set(situation.q, situation.v);
-  if (goal != nullptr) {
+  control::TorqueTask task;
+  task.velocities = velocities;
+  if (velocities != nullptr) {
     stays_ = false;
   } else {
-    const bool rests = !situation.stopping || situation.v.cwiseAbs().maxCoeff() < kAtRest;
-    if (!stays_ && rests && situation.q.allFinite()) {
-      stays_ = true;
+    // Where it comes to rest: to turn round for where it was told to stop would be one more motion.
+    if (!stays_ && situation.q.allFinite()) {
+      stays_ = situation.v.cwiseAbs().maxCoeff() < kAtRest;
       stay_.posture = situation.q;
     }
-    if (stays_) goal = &stay_;
+    task.goal = &stay_;
   }
-  control::TorqueTask task;
-  task.goal = goal;
   task.max_force = max_force;
   const Eigen::VectorXd& wanted = controller_.Compute(
       {state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);

@@ -91,8 +91,8 @@ class TorqueServo {
   Eigen::VectorXd carried_;
 };
 
-/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
-/// allocates nothing.
+/// Follows with torques what the velocity controller makes of an objective: the constrained controller with
+/// the limiter behind it. Compute() allocates nothing.
 class TorqueDrive {
  public:
   TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,
@@ -105,9 +105,10 @@ class TorqueDrive {
   void Hold(int object) { controller_.Hold(object); }
   void Release() { controller_.Release(); }
 
-  /// Torques that lead towards the goal (null: the arm stays where it is) and press with no more than
-  /// `max_force`, N.
-  const Eigen::VectorXd& Compute(const Situation& situation, const control::Goal* goal, double max_force);
+  /// Torques that lead to these joint velocities (n, rad/s; null: the arm stays where it is) and press with
+  /// no more than `max_force`, N.
+  const Eigen::VectorXd& Compute(const Situation& situation, const Eigen::VectorXd* velocities,
+                                 double max_force);
   const control::ConstrainedTorque& controller() const { return controller_; }
   const Eigen::VectorXd& carried() const { return carried_; }
 

@@ -64,8 +64,7 @@ std::string VelocityServo::BeyondReach() const {
     return "'" + schema().target + "' is " + Length(distance) + " from the shoulder of '" + s_.robot +
            "', which reaches " + Length(s_.model->reach().max);
   }
-  const bool near =
-      goal_search_.nearest_m() <= tolerance_m_ && goal_search_.nearest_rad() <= tolerance_rad_;
+  const bool near = goal_search_.nearest_m() <= tolerance_m_ && goal_search_.nearest_rad() <= tolerance_rad_;
   if (goal_search_.state() != GoalSearch::State::kOutOfReach || near) return "";
   return "'" + schema().target +
          "' is where the arm can't reach it: within its joints' limits it comes no nearer than " +
@@ -81,7 +80,8 @@ void VelocityServo::SearchGoal() {
                      math::AngleBetween(goal_search_.X_BTarget().R, X_BT.R) > kTurned;
   if (moved || goal_search_.state() == GoalSearch::State::kIdle) {
     Pose X_HF = goal_->frame.X_OF;
-    if (goal_->frame.object != -1 && s_.held != kNone) X_HF = math::Between(s_.X_WH, s_.objects[s_.held].X) * X_HF;
+    if (goal_->frame.object != -1 && s_.held != kNone)
+      X_HF = math::Between(s_.X_WH, s_.objects[s_.held].X) * X_HF;
     goal_search_.Start(goal_->functions, X_BT, X_HF, s_.q);
   }
   // As many iterations as a controller with torques has ticks.
@@ -127,6 +127,7 @@ Progress VelocityServo::WatchProgress(double error) {
 void VelocityServo::LeaveDetour() {
   path_.clear();
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
 }
 

@@ -30,6 +30,8 @@ constexpr double kRadian = 0.3;
 constexpr double kFirstSpeed = 0.05;
 // A reach is not done before its constraints hold to within this, m and rad.
 constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
+// Slower joints are at rest, rad/s; no longer is waited for them, s.
+constexpr double kAtRest = 0.02, kMostBraking = 1;
 
 /// `R` turned the least so that its axis `axis` points along `to`.
 Eigen::Matrix3d Align(const Eigen::Matrix3d& R, const Vector3d& axis, const Vector3d& to) {
@@ -217,6 +219,14 @@ Progress VelocityServo::EnterFrameReach(const planning::ReachVerb& reach) {
   return Progress::Running();
 }
 
+// An arm driven by torques can't turn at once into a cone that begins where it is: it stops before.
+bool VelocityServo::ComesToRest() {
+  const std::vector<control::ConstraintSpec>& specs = s_.current().specs[s_.verb];
+  if (!drive_ || !schema().target_is_region || specs.empty()) return false;
+  if (braked_since_ < 0) braked_since_ = s_.time;
+  return s_.time < braked_since_ + kMostBraking && s_.v.cwiseAbs().maxCoeff() > kAtRest;
+}
+
 Progress VelocityServo::EnterReach(const planning::ReachVerb& reach) {
   if (s_.current().control != kNone && s_.current().control != s_.held) {
     return Progress::Failed(EventKind::kFailed, "the hand does not hold '" + schema().control + "'");
@@ -230,6 +240,7 @@ Progress VelocityServo::EnterReach(const planning::ReachVerb& reach) {
 Progress VelocityServo::Reach(const planning::ReachVerb& reach) {
   if (!entered_) {
     watch_.Start(s_.time);
+    if (ComesToRest()) return Progress::Running();
     const Progress entered = EnterReach(reach);
     if (entered.state != Progress::State::kRunning) return entered;
     entered_ = true;

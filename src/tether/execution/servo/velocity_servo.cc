@@ -84,6 +84,7 @@ void VelocityServo::BeginStep() {
 
 void VelocityServo::BeginVerb() {
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
   verb_fields_.clear();
   controller_.SetExtraFields({});
@@ -210,7 +211,7 @@ void VelocityServo::Command(const robot::Observations& /*observations*/, robot::
   }
   const double max_force =
       s_.in_plan() ? s_.plan_step().max_force.value_or(options_.max_force) : options_.max_force;
-  command.torque = drive_->Compute(s_, goal, max_force);
+  command.torque = drive_->Compute(s_, goal == nullptr ? nullptr : &velocity, max_force);
   WatchDrive();
 }
 

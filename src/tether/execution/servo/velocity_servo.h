@@ -84,6 +84,7 @@ class VelocityServo final : public Servo {
   void GoAlong(bool move);
 
   // velocity_reach.cc
+  bool ComesToRest();
   Progress EnterReach(const planning::ReachVerb& reach);
   void EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region);
   Progress EnterFrameReach(const planning::ReachVerb& reach);
@@ -122,8 +123,9 @@ class VelocityServo final : public Servo {
   ProgressWatch watch_;
   GoalSearch goal_search_;
 
-  bool placed_ = false;   ///< The controller has seen the arm.
-  bool entered_ = false;  ///< The present motion.
+  bool placed_ = false;       ///< The controller has seen the arm.
+  bool entered_ = false;      ///< The present motion.
+  double braked_since_ = -1;  ///< Before it; −1: not.
   std::optional<control::Goal> goal_;
   std::optional<math::Pose> grasp_;  ///< Chosen for this step, where the plan has no key pose …
   double grasp_width_ = 0;           ///< … with this between the fingers, m.

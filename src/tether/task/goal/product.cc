@@ -140,9 +140,9 @@ std::optional<symbolic::State> Product::Start() {
   symbolic::State state = task_->initial_state();
   if (automaton_) {
     state.push_back(0);
-    if (automaton_->IsTrap(ltl::LazyAutomaton::initial()) || !Read(ltl::LazyAutomaton::initial(), state)) {
-      return std::nullopt;
-    }
+    int at = ltl::LazyAutomaton::initial();
+    for (const ltl::Letter& letter : goal_->read) at = automaton_->Step(at, ltl::LetterView(letter));
+    if (automaton_->IsTrap(at) || !Read(at, state)) return std::nullopt;
   }
   for (const ActionId action : done_) {
     symbolic::State next(state.size());

@@ -1,4 +1,4 @@
-#include "tether/scenario/fault_reader.h"
+#include "tether/scenario/events/fault_reader.h"
 
 #include <cmath>
 
@@ -46,7 +46,7 @@ robot::Fault FaultOf(const std::string& fault, std::string* description) {
   const std::vector<Event> events = Parse(fault, diagnostics);
   diagnostics.ThrowIfAny();
   *description = events.at(0).Describe();
-  return events.at(0).fault.value();
+  return std::get<robot::Fault>(events.at(0).other);
 }
 
 TEST(FaultReader, ReadsEveryKind) {
