@@ -58,7 +58,7 @@ TEST_P(Standstill, AtAnObstacleNoJointGoesToAndFro) {
   control::SignChanges changes(model_->dof());
   world.MoveObject("board", Pose(Vector3d(0.72, 0, 0.5)), 4);
   double reference = 0, speed = 0;
-  while (world.time() < 15) {
+  while (world.time() < 17) {
     const robot::Observation seen = world.Observe().at("panda");
     state.Set(seen.q, seen.v);
     IndexedVector<ObjectId, control::MovingPose> objects(1);
@@ -79,7 +79,8 @@ TEST_P(Standstill, AtAnObstacleNoJointGoesToAndFro) {
     } else {
       command.velocity = velocity.Compute({seen.q, seen.gripper_opening, objects.values(), &seen.v}, &goal);
     }
-    if (world.time() > 5) changes.Observe(world.time(), seen.v);
+    // The board is there at 4 s, and the hand at the board at 6 s.
+    if (world.time() > 7) changes.Observe(world.time(), seen.v);
     speed = seen.v.cwiseAbs().maxCoeff();
     world.Apply(commands, period);
   }

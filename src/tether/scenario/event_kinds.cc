@@ -6,7 +6,7 @@
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
 #include "tether/scenario/event_reader.h"
-#include "tether/scenario/fault_reader.h"
+#include "tether/scenario/events/fault_reader.h"
 #include "tether/scenario/scene_reader.h"
 
 namespace tether::scenario {

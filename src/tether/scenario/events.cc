@@ -4,7 +4,7 @@
 
 #include "tether/common/document/reader.h"
 #include "tether/scenario/event_reader.h"
-#include "tether/scenario/fault_reader.h"
+#include "tether/scenario/events/fault_reader.h"
 
 namespace tether::scenario {
 namespace {
@@ -66,7 +66,8 @@ void CheckContradictions(const std::vector<Event>& events, const std::vector<Loc
     }
     for (size_t k = 0; k < i; ++k) {
       const Event& other = events[k];
-      const bool same = event.object == other.object && event.robot == other.robot &&
+      const bool same = !is(event, robot::Fault{}) && !is(other, robot::Fault{}) &&
+                        event.object == other.object && event.robot == other.robot &&
                         is(event, NewGoal{}) == is(other, NewGoal{});
       if (!same || is(event, Alteration{}) != is(other, Alteration{}) || event.starts != other.starts ||
           event.ends != other.ends || event.step != other.step || event.after != other.after ||

@@ -60,7 +60,7 @@ int LevelOf(const std::string& kind) {
   constexpr int kInfo = 2, kWarning = 3, kError = 4;
   if (kind == "failed") return kError;
   for (const char* trouble : {"miss", "lost", "stalled", "slipped", "retry", "invalid", "never_happened",
-                              "disturbance", "no_contact", "replan", "detour", "safety"}) {
+                              "disturbance", "no_contact", "replan", "detour", "safety", "fault"}) {
     if (kind.find(trouble) != std::string::npos) return kWarning;
   }
   return kInfo;

@@ -31,6 +31,8 @@ class ObservationGuard {
   /// What is to be believed, with a time that does not jump. Until a first measurement could be believed,
   /// what was measured.
   const robot::Observation& believed() const { return believed_; }
+  /// Where the arm is has not been measured in this tick.
+  bool blind() const { return blind_ > 0; }
   /// What is wrong with the measurement of this tick.
   Trouble trouble() const { return trouble_; }
   /// The last trouble for people: "joint4 of 'panda' seems to have jumped by 0.300 rad".

@@ -34,9 +34,10 @@ struct Arm {
   void Take() { guard.Take(seen, told, nullptr); }
   /// Torques that swing the arm about, for one period.
   void Move() {
-    told.torque = state.bias();
-    for (int i = 0; i < 7; ++i) told.torque[i] += 2 * std::sin(5 * seen.time + i);
-    seen.v += kPeriod * state.M().llt().solve(told.torque - state.bias());
+    Eigen::VectorXd a(7);
+    for (int i = 0; i < 7; ++i) a[i] = 2 * std::sin(5 * seen.time + i) - 2 * seen.v[i];
+    told.torque = state.M() * a + state.bias();
+    seen.v += kPeriod * a;
     seen.q += kPeriod * seen.v;
     seen.time += kPeriod;
     state.Set(seen.q, seen.v);

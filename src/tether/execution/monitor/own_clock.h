@@ -20,8 +20,10 @@ class OwnClock {
     if (started_ && step <= 0 && step > -kOutOfOrder) return false;
     news_ = true;
     const bool jumped = started_ && (step < 0 || step > elapsed_ + slack_);
-    jump_ = step - elapsed_;
-    if (jumped) offset_ = time_ + elapsed_ - stamp;
+    if (jumped) {
+      jump_ = step - elapsed_;
+      offset_ = time_ + elapsed_ - stamp;
+    }
     last_ = stamp;
     time_ = stamp + offset_;
     elapsed_ = 0;
@@ -32,7 +34,7 @@ class OwnClock {
   bool news() const { return news_; }
   /// Of what was stamped last, s.
   double time() const { return time_; }
-  /// How far the last stamp was from where it would have been, s.
+  /// How far it has jumped last, s.
   double jump() const { return jump_; }
 
  private:

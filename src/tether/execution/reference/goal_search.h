@@ -9,6 +9,7 @@
 #include "tether/constraints/core/pose_function.h"
 #include "tether/math/pose.h"
 #include "tether/robot/kinematics.h"
+#include "tether/robot/model.h"
 
 namespace tether::execution {
 

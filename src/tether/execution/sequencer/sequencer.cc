@@ -31,13 +31,16 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       options_(options),
       trackers_(s_.objects.size()),
       invalid_(s_.objects.size(), false),
-      valid_(s_.objects.size(), 0.0),
       seen_at_(s_.objects.size(), 0.0),
+      valid_(s_.objects.size(), 0.0),
       guard_(s_.model, GravityIn(s_.X_WB), options.period),
       estimate_clock_(kPoseClockSlack),
       faults_(options.faults),
       hands_(static_cast<size_t>(std::ceil(kHandHistory / options.period)) + 1) {
   servo_->Prepare(&commands_);
+  robot::Command& command = commands_.find(s_.robot)->second;
+  mode_ = command.mode;
+  if (command.velocity.size() == 0) command.velocity.setZero(s_.model->dof());
 }
 
 Sequencer::~Sequencer() = default;
@@ -71,7 +74,9 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
     }
   }
   servo_->Command(observations, &commands_);
-  commands_.find(s_.robot)->second.gripper = s_.gripper;
+  robot::Command& command = commands_.find(s_.robot)->second;
+  command.gripper = s_.gripper;
+  LetServoHold(&command);
   return commands_;
 }
 

@@ -107,6 +107,8 @@ class Sequencer : public PlanRunner {
   enum class Wrong { kNothing, kArm, kPoses, kPoseClock, kTarget };
   std::pair<Wrong, double> FindWrong();
   std::string DescribeWrong() const;
+  /// Torques can't hold an arm that is not measured for long: once it stands, its own servo is to.
+  void LetServoHold(robot::Command* command) const;
   /// An object of the present step whose pose has not been finite for long; kNone: there is none.
   ObjectId LostTarget() const;
 
@@ -130,11 +132,12 @@ class Sequencer : public PlanRunner {
   const Resolver resolve_;
   const SequencerOptions options_;
   robot::Commands commands_;
+  robot::Command::Mode mode_;  ///< Of the arm's commands, as the servo has them.
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
   IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
-  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, s.
   IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, or lacking, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   ObservationGuard guard_;
   OwnClock estimate_clock_;

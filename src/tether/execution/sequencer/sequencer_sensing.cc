@@ -12,6 +12,8 @@ namespace {
 // as good as new.
 constexpr double kHeldFollows = 0.3;
 constexpr double kFresh = 1.5;
+// An arm with slower joints stands, rad/s.
+constexpr double kStands = 0.02;
 // What has not been measured for so long may be anywhere, s.
 constexpr double kUnseen = 0.5;
 
@@ -54,13 +56,13 @@ void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
               "the pose of '" + s_.object_name(object) + "' is not finite; the last one is used");
   }
   if (news || !sensed_) invalid_[object] = !usable;
+  if (!bad) valid_[object] = s_.time;
   if (usable || !sensed_) seen_at_[object] = s_.time;
   const bool seen = s_.time - seen_at_[object] < kUnseen || object == s_.held;
   if (seen != now.seen)
     s_.Record(EventKind::kSight,
               "'" + s_.object_name(object) + (seen ? "' is seen again" : "' is not seen any more"));
   now.seen = seen;
-  if (!bad) valid_[object] = s_.time;
 }
 
 void Sequencer::Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen) {
@@ -124,6 +126,15 @@ std::string Sequencer::DescribeWrong() const {
       return "the pose of '" + s_.object_name(lost_target_) + "' is not finite";
   }
   return "";
+}
+
+void Sequencer::LetServoHold(robot::Command* command) const {
+  if (mode_ == robot::Command::Mode::kVelocity) return;
+  const bool stands = s_.trustworthy && s_.v.cwiseAbs().maxCoeff() < kStands;
+  const bool holds = command->mode == robot::Command::Mode::kVelocity;
+  const bool hold = s_.stopping && guard_.blind() && (holds || stands);
+  command->mode = hold ? robot::Command::Mode::kVelocity : mode_;
+  if (hold) command->velocity.setZero();
 }
 
 void Sequencer::WatchFaults() {

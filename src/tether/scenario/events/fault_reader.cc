@@ -1,4 +1,4 @@
-#include "tether/scenario/fault_reader.h"
+#include "tether/scenario/events/fault_reader.h"
 
 #include <algorithm>
 #include <cmath>
