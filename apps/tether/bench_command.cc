@@ -160,7 +160,7 @@ int BenchControl(const BenchArguments& arguments) {
   if (arguments.paced) return BenchPaced(arguments);
   const Terminal terminal(arguments.json == "-");
   const bench::ControlBench bench = bench::BenchmarkControl();
-  const auto print = [&](const std::string& name, const bench::TimeQuantiles& quantiles) {
+  const auto print = [&](const std::string& name, const bench::Spread& quantiles) {
     terminal.Print(Column(name, 24) + Column(Fixed(1e6 * quantiles.median, 3), 13) +
                    Fixed(1e6 * quantiles.p99, 3));
   };

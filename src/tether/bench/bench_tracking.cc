@@ -23,8 +23,10 @@ scene::Scene ArmAlone(const char* robot) {
   scene::Scene scene;
   const auto model = robot::Model::Load(robot);
   const Eigen::VectorXd& home = model->home();
-  scene.robots.push_back(
-      {.name = "arm", .model = robot, .q = std::vector<double>(home.data(), home.data() + home.size())});
+  scene::Robot& arm = scene.robots.emplace_back();
+  arm.name = "arm";
+  arm.model = robot;
+  arm.q.assign(home.data(), home.data() + home.size());
   return scene;
 }
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tether/common/log.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
 #include "tether/evaluation/loop/disturber.h"
@@ -80,6 +81,7 @@ class Run {
     report_.steps = runner_->records();
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
+    report_.plannings = runner_->plannings();
     report_.margins = margins_.margins();
     report_.forces = margins_.forces();
     if (recorder_ != nullptr)
@@ -132,6 +134,8 @@ class Run {
     execution::ReplanningOptions replanning;
     if (!options.replan || scenario.problem == nullptr) return replanning;
     replanning.goal = options.goal ? options.goal : scenario.goal;
+    replanning.latency = scenario.planning.latency;
+    replanning.waits = !options.realtime;
     replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
     // The task outlives the run.
     replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
@@ -155,7 +159,7 @@ class Run {
 
   void Loop(Clock::time_point begin) {
     while (runner_->running()) {
-      if (options_.stop != nullptr && options_.stop->load()) {
+      if (IsStopped(options_.stop)) {
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
         return;
@@ -188,7 +192,7 @@ class Run {
 
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
-    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+    while (world_.time() < end && !IsStopped(options_.stop)) Tick(begin);
   }
 
   void Tick(Clock::time_point begin) {
@@ -210,7 +214,7 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb(exact ? visible : estimate_, exact ? observations_ : sensed_, commands);
+    Disturb(exact, commands);
     Log(&commands);
     Apply(commands);
     if (options_.realtime) {
@@ -219,18 +223,18 @@ class Run {
     }
   }
 
-  void Apply(const robot::Commands& commands) {
-    if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
-    distorted_ = commands;
-    faults_.Distort(world_.time(), &distorted_);
-    world_.Apply(distorted_, period_);
-  }
-
   const scene::WorldEstimate& Visible() {
     if (disturber_.removed().empty()) return truth_;
     visible_ = truth_;
     for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
     return visible_;
+  }
+
+  void Apply(const robot::Commands& commands) {
+    if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
+    distorted_ = commands;
+    faults_.Distort(world_.time(), &distorted_);
+    world_.Apply(distorted_, period_);
   }
 
   /// Hands the recorder what this tick is.
@@ -252,22 +256,21 @@ class Run {
         LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = runner_->plan().steps;
-        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
-                                                             : "step");
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[event.step].action : "step");
       }
     }
   }
 
-  void Disturb(const scene::WorldEstimate& estimate, const robot::Observations& seen,
-               const robot::Commands& commands) {
+  void Disturb(bool exact, const robot::Commands& commands) {
     const int done = ActionsDone();
     for (; ended_ < done && ended_ < static_cast<int>(runner_->plan().actions.size()); ++ended_)
       moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
     for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
       Record(world_.time(), "disturbance", runner_->step(), event->Describe());
-      if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
       if (const auto* fault = std::get_if<robot::Fault>(&event->other))
-        faults_.Start(*fault, world_.time(), estimate, seen, commands);
+        faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_,
+                      commands);
+      if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
     }
     moment_ = {};
   }
@@ -346,7 +349,7 @@ class Run {
     const auto& steps = runner_->plan().steps;
     const int step = runner_->step();
     return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
-                                                  : steps[static_cast<size_t>(step)].action_index;
+                                                  : steps[step].action_index;
   }
 
   Truth MakeTruth() const {
@@ -430,12 +433,12 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   options.period = 1.0 / settings.rate;
   options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
   options.constraints = scenario.control_constraints;
+  options.max_force = settings.max_force;
   if (settings.controller != scenario::Controller::kConstrainedVelocity) {
     control::OperationalSpaceGains& gains = options.torque.gains;
     if (settings.gain) gains.position = gains.rotation = *settings.gain;
     if (settings.damping) gains.position_damping = gains.rotation_damping = *settings.damping;
     options.constraints = execution::TorqueConstraints(options.constraints, scenario.scene);
-    options.max_force = settings.max_force;
     return options;
   }
   if (settings.gain) options.controller.gain = *settings.gain;

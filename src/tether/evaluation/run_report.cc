@@ -57,6 +57,17 @@ Value WriteRunReport(const RunReport& report, const std::string& scenario, uint6
   value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
   value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
   value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
+  Value plannings = Value::Array();
+  for (const execution::PlanningRecord& one : report.plannings) {
+    Value actions_anew = Value::Array();
+    for (const std::string& action : one.actions) actions_anew.Append(action);
+    Value planning = Value::Object();
+    planning.Set("asked_s", one.asked).Set("decision", one.decision).Set("reason", one.reason);
+    planning.Set("adopted_s", one.adopted >= 0 ? Value(one.adopted) : Value()).Set("cpu_s", one.cpu);
+    planning.Set("actions", actions_anew);
+    plannings.Append(planning);
+  }
+  value.Set("plannings", plannings);
   value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
   value.Set("unintended_forces", WriteForces(report.forces));
   Value poses = Value::Object();

@@ -22,13 +22,13 @@ HierarchySolver::HierarchySolver(int max_variables, int max_equalities, int max_
   memory_.resize(2 * lines);
   lower_ = reinterpret_cast<double*>(memory_.data());
   upper_ = lower_ + 8 * lines;
-  all_violations_.resize(static_cast<size_t>(max_inequalities));
-  state_.resize(static_cast<size_t>(max_inequalities));
+  all_violations_.resize(max_inequalities);
+  state_.resize(max_inequalities);
 }
 
 void HierarchySolver::SetSides(int row) {
-  const double v = violations_[static_cast<size_t>(row)];
-  const bool aside = state_[static_cast<size_t>(row)] == Row::kAside;
+  const double v = violations_[row];
+  const bool aside = state_[row] == Row::kAside;
   lower_[row] = aside ? -kInfinity : problem_->lower()[row] - v;
   upper_[row] = aside ? kInfinity : problem_->upper()[row] + v;
 }
@@ -118,7 +118,7 @@ double HierarchySolver::SideOf(const RowWeight& row) const {
 }
 
 bool HierarchySolver::IsSoft(const RowWeight& row) const {
-  return row.kind == RowKind::kInequality && levels_[static_cast<size_t>(row.index)] > 0;
+  return row.kind == RowKind::kInequality && levels_[row.index] > 0;
 }
 
 Status HierarchySolver::MinimizeLevel(int level) {
@@ -133,7 +133,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
     }
   };
   const auto is_free = [&](const RowWeight& row) {
-    return row.kind == RowKind::kInequality && state_[static_cast<size_t>(row.index)] == Row::kFree;
+    return row.kind == RowKind::kInequality && state_[row.index] == Row::kFree;
   };
   double v = 0;
   set_free(0);
@@ -155,7 +155,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       }
       for (const RowWeight& row : proof) {
         if (is_free(row) && std::abs(row.weight) >= kFreezeWeight * largest) {
-          state_[static_cast<size_t>(row.index)] = Row::kFrozen;
+          state_[row.index] = Row::kFrozen;
           ++num_relaxed_;
         }
       }
@@ -174,7 +174,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       gap += side;
       terms += std::abs(side);
       // A side less its violation is rounded like the larger of both.
-      if (IsSoft(row)) terms += std::abs(row.weight) * violations_[static_cast<size_t>(row.index)];
+      if (IsSoft(row)) terms += std::abs(row.weight) * violations_[row.index];
       if (is_free(row)) free += std::abs(row.weight);
       if (IsSoft(row)) soft += std::abs(row.weight);
     }
@@ -184,7 +184,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       const double slack = (2 * std::max(gap, 0.0) + 1e-14 * terms) / soft;
       for (const RowWeight& row : proof) {
         if (!IsSoft(row) || is_free(row)) continue;
-        violations_[static_cast<size_t>(row.index)] += slack;
+        violations_[row.index] += slack;
         SetSides(row.index);
       }
       if (free > 0) v += slack;

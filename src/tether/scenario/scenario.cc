@@ -211,8 +211,8 @@ class ScenarioParser {
           if (spec.margin < half) continue;
           diagnostics_.Add(spec.where,
                            "'margin' of joint_limits is " + Value(spec.margin).AsText() +
-                               " rad, which leaves " + model->joint_names()[static_cast<size_t>(i)] +
-                               " of '" + name + "' no room between its limits",
+                               " rad, which leaves " + model->joint_names()[i] + " of '" + name +
+                               "' no room between its limits",
                            "less than " + Value(half).AsText() + " rad");
           break;
         }
@@ -253,6 +253,7 @@ class ScenarioParser {
     }
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
+    planning.latency = ReadBound(reader, "latency", planning.latency, "a time in s, up to 10", 10);
     if (reader.Optional("max_iterations") != nullptr)
       planning.max_iterations = ReadCount(reader, "max_iterations", 1, 1, "a whole number above zero");
     reader.Finish();

@@ -177,8 +177,7 @@ std::vector<Contact> World::Contacts() const {
   }
   const auto name = [&](int owner) -> const std::string& {
     const auto objects = static_cast<int>(impl_->objects.size());
-    return owner < objects ? impl_->objects[static_cast<size_t>(owner)].name
-                           : impl_->robots[static_cast<size_t>(owner - objects)].name;
+    return owner < objects ? impl_->objects[owner].name : impl_->robots[owner - objects].name;
   };
   std::vector<Contact> contacts;
   for (const auto& [pair, force] : sums) contacts.push_back({name(pair.first), name(pair.second), force});

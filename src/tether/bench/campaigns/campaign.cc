@@ -11,6 +11,7 @@
 #include "tether/common/limits.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/output/record_file.h"
+#include "tether/common/stop.h"
 #include "tether/robot/model.h"
 
 namespace tether::bench {
@@ -21,8 +22,6 @@ constexpr int kMostScenes = 1000000;
 constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
 constexpr int kSeededRuns = 30;
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
-
-bool Stopped(const CampaignOptions& options) { return options.stop != nullptr && options.stop->load(); }
 
 int ScenesOf(const CampaignOptions& options, const std::string& kind) {
   if (options.scenes) return *options.scenes;
@@ -185,7 +184,7 @@ CampaignResult RunCampaign(const CampaignOptions& options, const RecordCallback&
       result.records.push_back(earlier->second);
     } else {
       std::optional<Value> record;
-      if (!Stopped(options)) record = Measure(options, scenes[i]);
+      if (!IsStopped(options.stop)) record = Measure(options, scenes[i]);
       if (!record) {
         result.interrupted = true;
         return result;

@@ -6,6 +6,7 @@
 #include "tether/bench/process_time.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/run.h"
+#include "tether/math/infinity.h"
 #include "tether/scenario/obstacle.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
@@ -34,12 +35,12 @@ void WriteRun(const evaluation::RunReport& run, const std::string& obstacle, Val
   if (!run.reason.empty()) record.Set("run_reason", run.reason);
   Value margins = Value::Array();
   for (const evaluation::Margin& margin : run.margins) {
-    if (margin.minimum > 1e200) continue;
+    if (margin.minimum == math::kInfinity) continue;
     margins.Append(evaluation::WriteMargin(margin));
     if (margin.name != "clearance to " + obstacle) continue;
     record.Set("obstacle_margin_m", margin.minimum);
     // Where the arm could vacate at all; the same where it always could.
-    if (margin.avoidable < 1e200) record.Set("obstacle_margin_avoidable_m", margin.avoidable);
+    if (margin.avoidable < math::kInfinity) record.Set("obstacle_margin_avoidable_m", margin.avoidable);
   }
   record.Set("margins", margins).Set("forces", evaluation::WriteForces(run.forces));
 }
@@ -109,9 +110,9 @@ std::optional<Value> MeasureControl(const CampaignScene& scene, const std::strin
 
 Value SummarizeControl(const std::vector<const Value*>& records) {
   int runs = 0, reached = 0, retried = 0, detoured = 0, nearer = 0, avoidable = 0;
-  double nearest = 1e300, most_force = 0;
+  double nearest = math::kInfinity, most_force = 0;
   struct Least {
-    double minimum = 1e300;
+    double minimum = math::kInfinity;
     std::string unit;
     long seed = 0;
   };
@@ -164,7 +165,7 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
       .Set("reached", reached)
       .Set("with_retries", retried)
       .Set("with_detours", detoured);
-  if (nearest < 1e200) {
+  if (nearest < math::kInfinity) {
     summary.Set("nearer_than_safe", nearer)
         .Set("nearer_where_it_could_vacate", avoidable)
         .Set("obstacle_margin_m", nearest);

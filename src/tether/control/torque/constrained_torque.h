@@ -118,7 +118,7 @@ class ConstrainedTorque {
  public:
   /// Throws InputError for options that are not valid.
   ConstrainedTorque(std::shared_ptr<const robot::Model> model, const math::Pose& X_WBase,
-                    const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+                    const std::vector<Solid>& objects, const std::vector<ClearanceConstraint>& clearances,
                     std::vector<FieldConstraint> fields, const TorqueOptions& options);
   ~ConstrainedTorque();
   ConstrainedTorque(ConstrainedTorque&&) noexcept;

@@ -40,17 +40,15 @@ double Matters(double speed) {
 }  // namespace
 
 void ConstrainedTorque::Impl::SetRoom() {
-  size_t room = NumPartPairs(bodies, pairs);
-  for (const FieldConstraint& field : fields) room += static_cast<size_t>(field.function->size());
+  const size_t room = MostRows();
   if (pair_bounds.empty()) pair_bounds.Resize(bodies, pairs.size(), NumPartPairs(bodies, pairs));
   if (room <= rows.size() && problem != nullptr) return;
-  rows.resize(room);
+  ReserveRows(room);
   candidates.resize(room);
   chosen.resize(room);
   sides.resize(room);
-  jacobians.resize(room * static_cast<size_t>(n));
   const int m = static_cast<int>(room) + n;
-  levels.resize(room + 4 * static_cast<size_t>(n));
+  levels.resize(room + 4 * n);
   qp::SolverOptions solver_options;
   solver_options.max_iterations = options.max_iterations;
   solver_options.max_solves = options.max_solves;
@@ -58,14 +56,6 @@ void ConstrainedTorque::Impl::SetRoom() {
   solver = std::make_unique<qp::Solver>(n, 0, m, solver_options);
   conflict_problem = std::make_unique<qp::Problem>(n, 0, m + 3 * n);
   conflict_solver = std::make_unique<qp::HierarchySolver>(n, 0, m + 3 * n, solver_options);
-}
-
-double* ConstrainedTorque::Impl::NewRow(const Row& row) {
-  const auto index = static_cast<size_t>(num_rows++);
-  rows[index] = row;
-  double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
-  std::fill(jacobian, jacobian + n, 0.0);
-  return jacobian;
 }
 
 // Near its limit a value comes down to zero as e^(−kt) at most.

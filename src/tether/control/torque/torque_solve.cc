@@ -110,10 +110,11 @@ void ConstrainedTorque::Impl::ChooseRows() {
     work.noalias() = Minv * A.transpose();
     const double centre = A.dot(middle);
     const double spread = work.cwiseAbs().dot(half);
-    const double least = centre - spread + row.bias;
+    // What pushes the arm counts, whichever way: what holds the arm against it is no motion.
+    const double pushed = A.dot(thrown);
+    const double least = centre - spread + row.bias + pushed;
     row.needed = std::min(std::max(row.needed, NeededToStop(row, A.data(), -least)), options.most_needed);
-    // What pushes the arm towards what the row keeps it from is made up for.
-    const double side = row.needed - row.bias + std::max(0.0, -A.dot(thrown));
+    const double side = row.needed - row.bias - pushed;
     if (side <= centre - spread) continue;
     // While there is room a row asks for no more than what all joints can give at once: to ask for all of the
     // torques would leave the other joints none.

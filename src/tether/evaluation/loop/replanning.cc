@@ -1,5 +1,7 @@
 #include "tether/evaluation/loop/replanning.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -16,6 +18,13 @@ constexpr int kMostCandidates = 24;
 constexpr int kMostVariants = 12;
 // Objects that are not seen are in nobody's way and out of reach, m.
 constexpr double kUnseenHeight = 100;
+
+/// CPU time of this thread so far, s.
+double ThreadCpu() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 /// The scene with objects and the acting robot as requested. What can be moved hangs on the world; other
 /// frames keep their parents, which may have been moved.
@@ -123,6 +132,7 @@ execution::PlanAnew MakePlanAnew(const scenario::Scenario& scenario, const scene
                                  const std::atomic<bool>* stop) {
   return [&scenario, &scene, stop](const execution::PlanRequest& request) {
     execution::PlanAnswer answer;
+    const double begin = ThreadCpu();
     try {
       const scene::Scene observed = ObservedScene(scene, request);
       answer.task = symbolic::Task::Ground(ObservedProblem(scenario, observed, request));
@@ -142,6 +152,7 @@ execution::PlanAnew MakePlanAnew(const scenario::Scenario& scenario, const scene
     } catch (const LimitReached& limit) {
       answer.reason = limit.what();
     }
+    answer.cpu = ThreadCpu() - begin;
     return answer;
   };
 }

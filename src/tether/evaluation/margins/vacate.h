@@ -3,10 +3,10 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tether/control/constrained_velocity.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/robot/interface.h"
@@ -33,11 +33,10 @@ class VacateMonitor {
  private:
   void Allow(const execution::PlanRunner& runner);
 
-  std::shared_ptr<const robot::Model> model_;
   execution::ControlScene scene_;
   control::ConstrainedVelocity controller_;
   std::vector<control::MovingPose> objects_;
-  std::vector<std::pair<std::string, std::string>> allowed_;
+  execution::TouchList allowed_;
   std::string held_;
   int every_, tick_ = 0;
   int ticks_;  ///< Of the window …

@@ -32,6 +32,8 @@ class Monitor {
   /// none runs.
   void Observe(double time, const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held,
                int running);
+  /// Whether poses are exact and not late: then changes count at once.
+  void set_exact(bool exact) { observer_.set_exact(exact); }
   /// The plan's action has been done.
   void Finish(int action);
   /// The plan goes on with `actions` from its action `first` on, which `task` has, from its initial state.

@@ -78,7 +78,7 @@ ObservationGuard::Trouble ObservationGuard::Believe(const robot::Observation& se
   } else if (!jump) {
     return Trouble::kNotFinite;
   }
-  return jump ? Trouble::kJump : Trouble::kNone;
+  return jump ? Trouble::kJump : Trouble::kFine;
 }
 
 void ObservationGuard::Take(const robot::Observation& seen, const robot::Command& told,
@@ -86,7 +86,7 @@ void ObservationGuard::Take(const robot::Observation& seen, const robot::Command
   const bool finite = IsFinite(seen, model_->dof());
   if (!started_) {
     believed_ = seen;
-    trouble_ = finite ? Trouble::kNone : Trouble::kNotFinite;
+    trouble_ = finite ? Trouble::kFine : Trouble::kNotFinite;
     if (finite) clock_.Take(seen.time, period_);
     started_ = finite;
     if (!finite) last_ = trouble_;
@@ -96,7 +96,7 @@ void ObservationGuard::Take(const robot::Observation& seen, const robot::Command
   const double next = believed_.time + period_;
   if (finite && clock_.news()) {
     trouble_ = Believe(seen);
-    if (jumped && trouble_ == Trouble::kNone) trouble_ = Trouble::kClock;
+    if (jumped && trouble_ == Trouble::kFine) trouble_ = Trouble::kClock;
     believed_.time = std::max(believed_.time, clock_.time());
   } else {
     trouble_ = finite ? Trouble::kSilence : Trouble::kNotFinite;
@@ -104,12 +104,12 @@ void ObservationGuard::Take(const robot::Observation& seen, const robot::Command
     blind_ += period_;
     believed_.time = next;
   }
-  if (trouble_ != Trouble::kNone) last_ = trouble_;
+  if (trouble_ != Trouble::kFine) last_ = trouble_;
 }
 
 std::string ObservationGuard::Describe(const std::string& robot) const {
   switch (last_) {
-    case Trouble::kNone:
+    case Trouble::kFine:
       return "";
     case Trouble::kSilence:
       return "no measurement of '" + robot + "' comes";

@@ -18,7 +18,7 @@ namespace tether::execution {
 /// has jumped is followed by its measured velocity. Allocates nothing after the first tick.
 class ObservationGuard {
  public:
-  enum class Trouble { kNone, kSilence, kNotFinite, kClock, kJump };
+  enum class Trouble { kFine, kSilence, kNotFinite, kClock, kJump };
 
   /// `gravity_B`: see robot::State. `period`: between ticks, s.
   ObservationGuard(std::shared_ptr<const robot::Model> model, const Eigen::Vector3d& gravity_B,
@@ -49,8 +49,8 @@ class ObservationGuard {
   robot::Observation believed_;
   Eigen::VectorXd a_;
   Eigen::LLT<Eigen::MatrixXd> M_llt_;
-  Trouble trouble_ = Trouble::kNone;
-  Trouble last_ = Trouble::kNone;
+  Trouble trouble_ = Trouble::kFine;
+  Trouble last_ = Trouble::kFine;
   bool started_ = false;
   double blind_ = 0;   ///< Since when nothing was measured, s.
   double jumped_ = 0;  ///< Since when a joint is not where it seems to be, s.

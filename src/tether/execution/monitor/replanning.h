@@ -31,6 +31,17 @@ struct PlanRequest {
   std::vector<std::string> failed;
 };
 
+/// One time that a plan was asked for while it ran.
+struct PlanningRecord {
+  double asked = 0;      ///< s
+  double adopted = -1;   ///< s; −1: there was none.
+  double cpu = 0;        ///< CPU time of planning, s: differs from run to run.
+  std::string decision;  ///< "resumed": with actions of the plan from one of them on; "replanned": others;
+                         ///< "finished": nothing is left to do; "none": there was no plan.
+  std::string reason;
+  std::vector<std::string> actions;
+};
+
 /// What planning anew gave: without a plan, `reason` says why.
 struct PlanAnswer {
   std::optional<planning::Plan> plan;
@@ -40,6 +51,7 @@ struct PlanAnswer {
   /// Conjuncts of the temporal goal that nothing can make true any more.
   std::vector<std::string> broken;
   std::string reason;
+  double cpu = 0;  ///< s, that it took.
 };
 
 /// Plans for the run's goal from another state. Called by a thread of its own; deterministic.
@@ -50,11 +62,12 @@ struct ReplanningOptions {
   PlanAnew plan_anew;                          ///< None: the plan is executed as it is.
   std::shared_ptr<const symbolic::Task> task;  ///< Of the plan that is begun with.
   std::optional<task::TemporalGoal> goal;      ///< In place of the task's own goal.
-  double latency = 0.02;                       ///< A new plan is adopted so long after it was asked for, s.
-  double verify = 0.3;                         ///< So long after the last action the goal is looked at, s.
-  int max_plans = 20;                          ///< So many new plans in a run.
-  int max_failures = 10;                       ///< So many times in a row no plan may be found …
-  double wait = 1;                             ///< … so far apart, s.
+  double latency = 0.02;  ///< A new plan is adopted so long after it was asked for, s …
+  bool waits = true;      ///< … and waited for then; else, adopted once it is there.
+  double verify = 0.3;    ///< So long after the last action the goal is looked at, s.
+  int max_plans = 20;     ///< So many new plans in a run.
+  int max_failures = 10;  ///< So many times in a row no plan may be found …
+  double wait = 1;        ///< … so far apart, s.
 };
 
 }  // namespace tether::execution

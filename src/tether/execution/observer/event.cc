@@ -32,6 +32,8 @@ std::string_view ToString(EventKind kind) {
       return "detour";
     case EventKind::kTransit:
       return "transit";
+    case EventKind::kResumed:
+      return "resumed";
     case EventKind::kReplanned:
       return "replanned";
     case EventKind::kWaiting:

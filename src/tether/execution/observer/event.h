@@ -23,6 +23,7 @@ enum class EventKind {
   kStalled,          ///< A verb made no progress.
   kDetour,           ///< The arm follows a path in joint space around what stopped it.
   kTransit,          ///< The whole arm follows a path to where the step begins.
+  kResumed,          ///< The plan goes on from one of its actions, with new key poses.
   kReplanned,        ///< The plan goes on with other actions, or another place, than it had.
   kWaiting,          ///< There is no plan from here; it is waited for one.
   kGoalBroken,       ///< A part of a temporal goal that nothing can make true any more.

@@ -9,6 +9,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "tether/robot/model.h"
+
 namespace tether::execution {
 namespace {
 

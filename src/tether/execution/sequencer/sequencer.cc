@@ -31,8 +31,8 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       options_(options),
       trackers_(s_.objects.size()),
       invalid_(s_.objects.size(), false),
-      seen_at_(s_.objects.size(), 0.0),
       valid_(s_.objects.size(), 0.0),
+      seen_at_(s_.objects.size(), 0.0),
       guard_(s_.model, GravityIn(s_.X_WB), options.period),
       estimate_clock_(kPoseClockSlack),
       faults_(options.faults),
@@ -176,7 +176,8 @@ void Sequencer::Abort(const Progress& progress) {
   if (progress.kind != EventKind::kFailed) s_.Record(progress.kind, progress.reason);
   servo_->Stop();
   if (progress.state == Progress::State::kFailed) return Fail(progress.reason);
-  if (progress.state == Progress::State::kGiveUp) return GiveUp(progress.reason);
+  if (progress.state == Progress::State::kGiveUp || (progress.out_of_reach && monitor_))
+    return GiveUp(progress.reason);
   waiting_ = progress;
   WaitToRetry();
 }

@@ -52,9 +52,8 @@ class Sequencer : public PlanRunner {
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
   bool ChangeGoal(const Goal& goal) override;
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override {
-    return servo_->allowed();
-  }
+  const std::vector<PlanningRecord>& plannings() const override { return plannings_; }
+  const TouchList& allowed() const override { return servo_->allowed(); }
   const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
 
  protected:
@@ -90,6 +89,8 @@ class Sequencer : public PlanRunner {
   PlanRequest MakeRequest();
   void Request(PlanRequest request, int action, const std::string& reason);
   void AskAgain();
+  std::string WhyAtOnce() const;
+  bool IsUnsettled();
   void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
   bool AllowsAction(int action);
@@ -135,8 +136,8 @@ class Sequencer : public PlanRunner {
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
   IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, s.
   IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
-  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, or lacking, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   ObservationGuard guard_;
   OwnClock estimate_clock_;
@@ -192,11 +193,13 @@ class Sequencer : public PlanRunner {
   };
   std::optional<Again> ask_again_;
   int ask_action_ = 0;
-  std::optional<Goal> new_goal_;         ///< That no plan has been adopted for yet.
-  int goals_ = 0;                        ///< Times that the goal was changed.
-  PlanRequest in_vain_;                  ///< What no plan was found for last …
-  std::string why_not_;                  ///< … and why.
-  int fruitless_ = 0;                    ///< Times in a row that no plan was found.
+  std::optional<Goal> new_goal_;  ///< That no plan has been adopted for yet.
+  int goals_ = 0;                 ///< Times that the goal was changed.
+  std::vector<PlanningRecord> plannings_;
+  double unsettled_since_ = -1;  ///< What changed the state has been moving since then, s; −1: nothing has.
+  PlanRequest in_vain_;          ///< What no plan was found for last …
+  std::string why_not_;          ///< … and why.
+  int fruitless_ = 0;            ///< Times in a row that no plan was found.
   std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };

@@ -190,9 +190,8 @@ void Sequencer::WatchGrasp() {
 // What was released in this step stands beside its target region: it is grasped again, and where that did not
 // help either the run has failed, since later actions begin from where it was to be.
 bool Sequencer::MissedItsRegion() {
-  const planning::StepSchema& schema = s_.current().schema;
-  if (s_.released == kNone || !schema.target_is_region) return false;
-  const scene::Region& region = *s_.scene.FindRegion(schema.target);
+  if (s_.released == kNone || s_.region() == nullptr) return false;
+  const scene::Region& region = *s_.region();
   if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return false;
   const ObjectId object = s_.released;
   const scene::RegionFit fit = scene::FitRegion(region.form, s_.X_WF(s_.current().target),
@@ -205,7 +204,7 @@ bool Sequencer::MissedItsRegion() {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", and no earlier step of the plan grasps it"));
     return true;
   }
-  const int action = s_.plan_step(grasp).action_index;
+  const int action = s_.plan_step().action_index;
   if (s_.retries[action] >= options_.max_retries) {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", although it was grasped again " +
                                                         std::to_string(options_.max_retries) + " times"));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "tether/execution/sequencer/sequencer.h"
@@ -9,6 +10,16 @@ namespace {
 // Poses nearer than this are the same to planning, m and rad.
 constexpr double kSamePlace = 0.01;
 constexpr double kSameAngle = 0.05;
+// What is faster than this moves: m/s, rad/s.
+constexpr double kMoves = 0.03, kTurns = 0.3;
+// What changed the state is waited for until it rests, but no longer than this, s.
+constexpr double kSettles = 1;
+
+/// Whether `next` is what is left of `before` from some action on.
+bool IsSuffix(const std::vector<std::string>& next, const std::vector<std::string>& before) {
+  return next.size() <= before.size() &&
+         std::equal(next.begin(), next.end(), before.end() - static_cast<std::ptrdiff_t>(next.size()));
+}
 
 /// Whether planning for one would find what it found for the other.
 bool IsLike(const PlanRequest& a, const PlanRequest& b) {
@@ -30,31 +41,54 @@ void Sequencer::Watch() {
   if (!monitor_ || !running()) return;
   const bool acts = s_.in_plan() && !pending_ && !ask_again_;
   const int action = acts ? s_.plan_step().action_index : -1;
+  const bool exact = std::all_of(trackers_.begin(), trackers_.end(), [](const auto& t) { return t.exact(); });
+  monitor_->set_exact(exact && IsFresh());
   monitor_->Observe(s_.time, s_.objects, s_.held, action);
-  if (acts && s_.held == held_before_) {
-    std::string reason, why;
-    if (new_goal_) reason = "the goal is another";
-    for (const std::string* name : {&s_.plan_step().control, &s_.plan_step().target}) {
-      const ObjectId object = s_.scene.FindObjectId(*name);
-      if (reason.empty() && object.valid() && !s_.objects[object].seen)
-        reason = "'" + *name + "' is not seen";
-    }
-    if (!reason.empty()) {
-      if (!AskForPlan(reason, &why)) Fail(reason + "; " + why);
+  if (!acts || s_.held != held_before_) return;
+  std::string reason = WhyAtOnce(), why;
+  if (reason.empty()) {
+    if (!monitor_->changed() && unsettled_since_ < 0) return;
+    const PlanOutlook outlook = monitor_->Look(action);
+    if (outlook.reaches) {
+      unsettled_since_ = -1;
       return;
     }
+    if (IsUnsettled()) return;
+    reason = outlook.reason;
   }
-  if (!acts || !monitor_->changed() || s_.held != held_before_) return;
-  const PlanOutlook outlook = monitor_->Look(action);
-  std::string why;
-  if (!outlook.reaches && !AskForPlan(outlook.reason, &why)) Fail(why);
+  unsettled_since_ = -1;
+  if (!AskForPlan(reason, &why)) Fail(reason + "; " + why);
+}
+
+// What ends the present action whatever else is so.
+std::string Sequencer::WhyAtOnce() const {
+  if (new_goal_) return "the goal is another";
+  for (const std::string* name : {&s_.plan_step().control, &s_.plan_step().target}) {
+    const ObjectId object = s_.scene.FindObjectId(*name);
+    if (object.valid() && !s_.objects[object].seen) return "'" + *name + "' is not seen";
+  }
+  return "";
+}
+
+// A state that is still changing is not planned from; but what never rests is not waited for long.
+bool Sequencer::IsUnsettled() {
+  bool moves = false;
+  for (const ObjectId i : s_.objects.ids()) {
+    const control::MovingPose& object = s_.objects[i];
+    moves = moves || (i != s_.held && s_.object(i).movable() && object.seen &&
+                      (object.V.head<3>().norm() > kMoves || object.V.tail<3>().norm() > kTurns));
+  }
+  if (!moves) return false;
+  if (unsettled_since_ < 0) unsettled_since_ = s_.time;
+  return s_.time < unsettled_since_ + kSettles;
 }
 
 // True while a plan is waited for.
 bool Sequencer::ContinueLoop() {
   if (!monitor_ || !running()) return false;
-  if (verify_at_ >= 0 && s_.time >= verify_at_) {
+  if (verify_at_ >= 0 && s_.time >= verify_at_ && !IsUnsettled()) {
     verify_at_ = -1;
+    unsettled_since_ = -1;
     const PlanOutlook outlook = monitor_->Look(static_cast<int>(s_.plan.actions.size()));
     std::string why;
     const std::string reason = new_goal_ ? "the goal is another" : outlook.reason;
@@ -66,7 +100,10 @@ bool Sequencer::ContinueLoop() {
     return true;
   }
   if (ask_again_ && s_.time >= ask_again_->due) AskAgain();
-  if (pending_ && s_.time >= pending_->due - 1e-9) AdoptAnswer();
+  if (pending_ && s_.time >= pending_->due - 1e-9 &&
+      (options_.replanning.waits ||
+       pending_->answer.wait_for(std::chrono::seconds(0)) == std::future_status::ready))
+    AdoptAnswer();
   return pending_ || ask_again_ || verify_at_ >= 0;
 }
 
@@ -141,6 +178,9 @@ PlanRequest Sequencer::MakeRequest() {
 }
 
 void Sequencer::Request(PlanRequest request, int action, const std::string& reason) {
+  PlanningRecord& record = plannings_.emplace_back();
+  record.asked = s_.time;
+  record.reason = reason;
   Pending pending;
   pending.action = action;
   pending.due = s_.time + options_.replanning.latency;
@@ -172,6 +212,9 @@ void Sequencer::AdoptAnswer() {
   pending_.reset();
   PlanAnswer answer = pending.answer.get();
   std::string why = answer.reason;
+  PlanningRecord& record = plannings_.back();
+  record.cpu = answer.cpu;
+  record.decision = "none";
   for (const std::string& broken : answer.broken) s_.Record(EventKind::kGoalBroken, broken);
   if (answer.plan && answer.plan->actions.empty()) {
     // The goal is reached as it is.
@@ -181,10 +224,13 @@ void Sequencer::AdoptAnswer() {
     s_.records.resize(s_.plan.steps.size());
     if (pending.goals == goals_) new_goal_.reset();
     monitor_->Adopt(answer.task, {}, pending.action, answer.goal);
+    record.decision = "finished";
+    record.adopted = s_.time;
     return Verify();
   }
   if (answer.plan) {
     planning::Plan next = s_.plan;
+    const bool resumes = IsSuffix(answer.plan->actions, s_.plan.actions);
     next.actions.resize(ToIndex(pending.action));
     std::erase_if(next.steps, [&](const auto& step) { return step.action_index >= pending.action; });
     next.actions.insert(next.actions.end(), answer.plan->actions.begin(), answer.plan->actions.end());
@@ -197,7 +243,10 @@ void Sequencer::AdoptAnswer() {
       monitor_->Adopt(answer.task, answer.plan->actions, pending.action, answer.goal);
       std::string text = pending.reason + ":";
       for (const std::string& action : answer.plan->actions) text += " " + action;
-      s_.Record(EventKind::kReplanned, text);
+      s_.Record(resumes ? EventKind::kResumed : EventKind::kReplanned, text);
+      record.decision = resumes ? "resumed" : "replanned";
+      record.adopted = s_.time;
+      record.actions = answer.plan->actions;
       return EnterStep(s_.step);
     }
   }

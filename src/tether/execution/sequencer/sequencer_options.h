@@ -58,7 +58,4 @@ struct SequencerOptions {
   void Check(Diagnostics* diagnostics) const;
 };
 
-/// Reports `value` unless it is finite and above 0.
-void CheckPositive(const char* name, double value, Diagnostics* diagnostics);
-
 }  // namespace tether::execution

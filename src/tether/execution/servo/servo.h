@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/servo/progress.h"
 #include "tether/execution/servo/situation.h"
 #include "tether/planning/skeleton/action.h"
@@ -51,8 +52,8 @@ class Servo {
   /// The commands of this tick, the gripper's excepted. Where what is measured can't be trusted, safe ones.
   virtual void Command(const robot::Observations& observations, robot::Commands* commands) = 0;
 
-  /// Pairs that the present step may bring into contact: names of objects, and "hand".
-  virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
+  /// Pairs that the present step may bring into contact.
+  virtual const TouchList& allowed() const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

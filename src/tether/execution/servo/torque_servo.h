@@ -11,6 +11,7 @@
 #include "tether/control/constraint_spec.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/servo/situation.h"
 #include "tether/robot/interface.h"
@@ -32,10 +33,6 @@ struct TorqueServoOptions {
 std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
                                                        const scene::Scene& scene);
 
-/// Two that may touch: kTouchingHand, or an object of the scene.
-using Touch = std::pair<ObjectId, ObjectId>;
-inline constexpr ObjectId kTouchingHand{};
-
 /// What is measured, and what is to be done in a tick.
 struct TorqueServoTick {
   const robot::State& state;
@@ -45,7 +42,7 @@ struct TorqueServoTick {
   const control::HandTarget& target;
   const Eigen::VectorXd& posture;                ///< n, rad
   ObjectId held;                                 ///< In the hand; not valid: nothing is.
-  const std::vector<Touch>& allowed;             ///< Pairs that the step may bring into contact.
+  const TouchList& allowed;                      ///< Pairs that the step may bring into contact.
   double max_force = 40;                         ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
   bool brake = false;                            ///< In place of all that.
@@ -78,14 +75,13 @@ class TorqueServo {
 
  private:
   control::ConstrainedTorque Make(const TorqueServoOptions& options);
-  void Allow(const std::vector<Touch>& allowed);
   std::string NameOf(int body) const;
 
   std::shared_ptr<const robot::Model> model_;
   ControlScene scene_;
   control::ConstrainedTorque controller_;
   control::TorqueLimiter limiter_;
-  std::vector<Touch> allowed_;
+  TouchList allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;
   ObjectId held_;
   Eigen::VectorXd carried_;

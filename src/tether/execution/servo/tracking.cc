@@ -79,9 +79,9 @@ void ReferenceServo::MoveReference() {
     const auto add_body = [&](const geometry::Shape& shape, const math::Pose& X_HS) {
       for (const auto& part : shape.parts) {
         const math::Pose X_HP = X_HS * part.X_SP;
-        body_bounds_.push_back(
-            Union(BoundsOf(part.primitive, math::Pose(X_WRef.R, Eigen::Vector3d::Zero()) * X_HP),
-                  BoundsOf(part.primitive, math::Pose(X_WG.R, Eigen::Vector3d::Zero()) * X_HP)));
+        geometry::Aabb& box = body_bounds_.emplace_back();
+        for (const Eigen::Matrix3d& R : {X_WRef.R, X_WG.R})
+          box.Include(geometry::BoundingBox(part.primitive, math::Pose(R, Eigen::Vector3d::Zero()) * X_HP));
       }
     };
     add_body(hand_shape_, math::Pose());
@@ -92,7 +92,7 @@ void ReferenceServo::MoveReference() {
         continue;
       }
       for (const auto& part : shape.parts) {
-        obstacle_bounds_.push_back(BoundsOf(part.primitive, s_.objects[i].X * part.X_SP));
+        obstacle_bounds_.push_back(geometry::BoundingBox(part.primitive, s_.objects[i].X * part.X_SP));
       }
     }
     const double ceiling = s_.X_WB.p.z() + s_.model->reach().centre.z() + 0.5 * s_.model->reach().max;
@@ -138,7 +138,7 @@ void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
         continue;
       bool far = true;
       for (const auto& part : s_.object(object).shape.parts) {
-        const Bounds bounds = BoundsOf(part.primitive, s_.X_WO(object) * part.X_SP);
+        const geometry::Aabb bounds = geometry::BoundingBox(part.primitive, s_.X_WO(object) * part.X_SP);
         const Eigen::Vector3d outside =
             (bounds.lower - s_.X_WH.p).cwiseMax(s_.X_WH.p - bounds.upper).cwiseMax(0.0);
         far = far && outside.norm() > kFar;
@@ -193,7 +193,7 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
     target.F_BH.head<3>() = s_.X_WB.R.transpose() * lift;
     target.F_BH.tail<3>() = s_.X_WB.R.transpose() * arm.cross(lift);
   }
-  if (FindAllowed()) NameAllowed();
+  FindAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};

@@ -92,7 +92,7 @@ Vector3d VelocityServo::FootOf(ObjectId object, const Vector3d& up_W, double* ra
 std::optional<Pose> VelocityServo::KeyPose(Progress* missing) {
   const ResolvedStep& step = s_.current();
   if (step.X_TC) return step.X_TC;
-  const ObjectId target = control_scene_.Find(step.schema.target);
+  const ObjectId target = step.region < 0 ? step.target.object : kNone;
   if (step.control != kNone || !target.valid()) {
     *missing = Progress::Failed(EventKind::kFailed, "the plan has no key pose for " + step.schema.control +
                                                         " relative to " + step.schema.target);
@@ -139,7 +139,7 @@ Pose VelocityServo::Offset(const Vector3d& offset, planning::In in, const Pose& 
 
 void VelocityServo::EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region) {
   const bool hand = s_.current().control == kNone;
-  const control::Frame target = control_scene_.Target(region.name);
+  const control::Frame target = control_scene_.Target(s_.current().target);
   const Pose X_WT = X_WTarget(target);
   const bool solid = std::holds_alternative<geometry::Primitive>(region.form);
   control::Frame frame;
@@ -206,7 +206,7 @@ Progress VelocityServo::EnterFrameReach(const planning::ReachVerb& reach) {
     // What is beside the object may have obstructed an open hand.
     s_.gripper.opening = std::min(s_.model->gripper().max_opening, grasp_width_ + kNarrowOpening);
   }
-  const control::Frame target = control_scene_.Target(schema().target);
+  const control::Frame target = control_scene_.Target(s_.current().target);
   goal_ = control::Goal{};
   goal_->target = target;
   if (s_.current().control != kNone) goal_->frame.object = s_.held.value();
@@ -232,8 +232,8 @@ Progress VelocityServo::EnterReach(const planning::ReachVerb& reach) {
     return Progress::Failed(EventKind::kFailed, "the hand does not hold '" + schema().control + "'");
   }
   speed_ = reach.speed;
-  if (!schema().target_is_region) return EnterFrameReach(reach);
-  EnterRegionReach(reach, *s_.scene.FindRegion(schema().target));
+  if (s_.region() == nullptr) return EnterFrameReach(reach);
+  EnterRegionReach(reach, *s_.region());
   return Progress::Running();
 }
 
@@ -267,7 +267,7 @@ Progress VelocityServo::Shift(const planning::ShiftVerb& shift) {
     tolerance_m_ = kShiftTolerance;
     tolerance_rad_ = kShiftTurnTolerance;
     goal_ = control::Goal{};
-    const Pose X_WT = X_WTarget(control_scene_.Target(schema().target));
+    const Pose X_WT = X_WTarget(control_scene_.Target(s_.current().target));
     Vector3d by = shift.by;
     if (shift.in == planning::In::kHand || shift.in == planning::In::kControl) by = s_.X_WH.R * by;
     if (shift.in == planning::In::kTarget) by = X_WT.R * by;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/document/option_check.h"
 #include "tether/common/text.h"
 
 namespace tether::execution {
@@ -14,10 +15,10 @@ constexpr double kSameEvent = 1.0;
 
 void VelocityServoOptions::Check(Diagnostics* diagnostics) const {
   controller.Validate();
-  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
-  check("acceleration", acceleration);
-  check("turn_speed", turn_speed);
-  check("foot_gap", foot_gap);
+  const OptionCheck check("execution", diagnostics);
+  check.Positive("acceleration", acceleration);
+  check.Positive("turn_speed", turn_speed);
+  check.Positive("foot_gap", foot_gap);
 }
 
 VelocityServo::VelocityServo(Situation& situation,
@@ -30,7 +31,11 @@ VelocityServo::VelocityServo(Situation& situation,
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
       watch_(shared_.watch()),
-      goal_search_(s_.model) {
+      goal_search_(s_.model),
+      supports_(s_, SupportDistances(options_)),
+      after_contact_(s_, supports_),
+      kinematics_(s_.model),
+      J_BH_(6, s_.model->dof()) {
   if (options_.torques) MakeDrive();
 }
 
@@ -39,22 +44,17 @@ void VelocityServo::MakeDrive() {
   control::TorqueOptions torque = options_.torque;
   torque.period = shared_.period;
   drive_ = std::make_unique<TorqueDrive>(
-      s_.model, control_scene_,
-      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()), torque);
+      s_.model, control_scene_, BuildConstraints(options_.constraints, control_scene_, bodies), torque);
 }
 
 control::ConstrainedVelocity VelocityServo::MakeController() const {
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
-  BuiltConstraints built = BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof());
+  BuiltConstraints built = BuildConstraints(options_.constraints, control_scene_, bodies);
   control::VelocityOptions controller_options = options_.controller;
   controller_options.joint_margin = std::max(controller_options.joint_margin, built.joint_margin);
   controller_options.period = shared_.period;
-  return {s_.model,
-          control_scene_.X_WBase(),
-          control_scene_.solids(),
-          std::move(built.clearances),
-          std::move(built.fields),
-          controller_options};
+  return {s_.model,         control_scene_.X_WBase(), control_scene_.solids(),
+          built.clearances, std::move(built.fields),  controller_options};
 }
 
 void VelocityServo::FindHandPose() {
@@ -70,6 +70,8 @@ void VelocityServo::Sense() {
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
+  WatchApproach();
+  WatchForce();
 }
 
 void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_opening; }
@@ -89,7 +91,10 @@ void VelocityServo::BeginVerb() {
   verb_fields_.clear();
   controller_.SetExtraFields({});
   if (drive_) drive_->SetExtraFields({});
-  clear_ = false;
+  after_contact_.Start();
+  if (!keeps_off_) return;
+  keeps_off_ = false;
+  UpdateAllowed();
 }
 
 void VelocityServo::Rest(bool first) {
@@ -101,7 +106,7 @@ void VelocityServo::Rest(bool first) {
 }
 
 void VelocityServo::HeldChanged() {
-  supports_.clear();
+  supports_.Find();
   beneath_.clear();
   if (s_.held == kNone) {
     controller_.Release();
@@ -111,7 +116,6 @@ void VelocityServo::HeldChanged() {
   }
   controller_.Hold(s_.held.value());
   if (drive_) drive_->Hold(s_.held.value());
-  FindSupports();
   UpdateAllowed();
   FindBeneath();
 }
@@ -202,6 +206,7 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
   const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
+  if (s_.time < backs_off_until_ && !s_.stopping) goal = &back_off_;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();

@@ -118,7 +118,7 @@ class LayoutFinder {
     for (const scene::Region& region : scene_.regions) {
       const std::vector<std::string>& objects = held[region.name];
       if (region.capacity == 0 || static_cast<int>(objects.size()) <= region.capacity) continue;
-      diagnostics_.Add(PlaceOf(objects[static_cast<size_t>(region.capacity)]),
+      diagnostics_.Add(PlaceOf(objects[region.capacity]),
                        "region '" + region.name + "' holds " + std::to_string(objects.size()) + " objects, " +
                            JoinAnd(objects) + ", but has a capacity of " + std::to_string(region.capacity),
                        "no more objects than fit");
