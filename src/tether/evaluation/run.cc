@@ -214,7 +214,7 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb(exact, commands);
+    Disturb(exact ? visible : estimate_, exact ? observations_ : sensed_, commands);
     Log(&commands);
     Apply(commands);
     if (options_.realtime) {
@@ -223,18 +223,18 @@ class Run {
     }
   }
 
-  const scene::WorldEstimate& Visible() {
-    if (disturber_.removed().empty()) return truth_;
-    visible_ = truth_;
-    for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
-    return visible_;
-  }
-
   void Apply(const robot::Commands& commands) {
     if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
     distorted_ = commands;
     faults_.Distort(world_.time(), &distorted_);
     world_.Apply(distorted_, period_);
+  }
+
+  const scene::WorldEstimate& Visible() {
+    if (disturber_.removed().empty()) return truth_;
+    visible_ = truth_;
+    for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
+    return visible_;
   }
 
   /// Hands the recorder what this tick is.
@@ -261,7 +261,8 @@ class Run {
     }
   }
 
-  void Disturb(bool exact, const robot::Commands& commands) {
+  void Disturb(const scene::WorldEstimate& estimate, const robot::Observations& seen,
+               const robot::Commands& commands) {
     const int done = ActionsDone();
     for (; ended_ < done && ended_ < static_cast<int>(runner_->plan().actions.size()); ++ended_)
       moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
@@ -271,6 +272,8 @@ class Run {
         faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_,
                       commands);
       if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
+      if (const auto* fault = std::get_if<robot::Fault>(&event->other))
+        faults_.Start(*fault, world_.time(), estimate, seen, commands);
     }
     moment_ = {};
   }

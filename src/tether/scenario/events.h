@@ -66,8 +66,7 @@ struct Event {
 
   bool at_time() const { return starts.empty() && ends.empty() && step < 0; }
 
-  /// "move box by (0, 0.1, 0) over 1 s", "push panda by (0, 10, 0, 0, 0, 0, 0) Nm over 0.3 s",
-  /// "fault of panda: silence for 0.1 s".
+  /// "move box by (0, 0.1, 0) over 1 s", "push panda by (0, 10, 0, 0, 0, 0, 0) Nm over 0.3 s".
   std::string Describe() const;
 };
 

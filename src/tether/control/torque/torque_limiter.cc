@@ -84,13 +84,12 @@ void TorqueLimiter::LimitMotion(const robot::State& state, const Eigen::VectorXd
     const Braking braking = reserve_.of(i);
     const auto most = [&](double room, double speed, double pushed) {
       pushed = std::max(0.0, pushed);
-      // Comfort is the controller's: away from limits a joint may accelerate as it likes.
-      const double free = kHarder * hardest;
-      const double to_keep =
-          MostAccelerationToKeepSpeed(fastest - speed, free, options_.period, braking) - pushed;
-      const double to_stop = MostAccelerationToStop(room - options_.limit_gap, speed, free, hardest,
+      const double to_keep = std::min(
+          hardest,
+          MostAccelerationToKeepSpeed(fastest - speed, kHarder * hardest, options_.period, braking) - pushed);
+      const double to_stop = MostAccelerationToStop(room - options_.limit_gap, speed, hardest, hardest,
                                                     options_.return_speed, options_.period, braking);
-      return std::min({free, to_keep, to_stop < free ? to_stop - pushed : to_stop});
+      return std::min(to_keep, to_stop < hardest ? to_stop - pushed : to_stop);
     };
     a_upper_[i] = most(model_->upper()[i] - q, v, pushed_[i]);
     a_lower_[i] = -most(q - model_->lower()[i], -v, -pushed_[i]);

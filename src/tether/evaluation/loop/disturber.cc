@@ -88,7 +88,7 @@ void Disturber::Begin(const scenario::Event& event, const scene::WorldEstimate& 
     void operator()(const scenario::Alteration& set) const {
       self.world_.ChangeObject(event.object, {set.mass, set.friction, set.grow});
     }
-    // The caller's:
+    // These are the caller's.
     void operator()(const scenario::NewGoal&) const {}
     void operator()(const robot::Fault&) const {}
   };

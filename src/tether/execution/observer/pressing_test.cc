@@ -76,7 +76,7 @@ TEST(VelocityForce, TheTargetIsTouchedInTheLastReachOnly) {
     if (fake.executive->step() != 2 || !fake.held.empty()) return;
     kinematics.Set(fake.observations["jaco"].q);
     const double z = kinematics.X_BH().p.z();
-    if (fake.executive->Allows("hand", "block")) {
+    if (fake.executive->allowed().Allows(kTouchingHand, fake.scene.FindObjectId("block"))) {
       highest_touching = std::max(highest_touching, z);
     } else {
       lowest_off = std::min(lowest_off, z);

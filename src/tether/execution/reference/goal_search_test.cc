@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tether/control/objective.h"
+#include "tether/robot/model.h"
 
 namespace tether::execution {
 namespace {

@@ -136,8 +136,8 @@ class Sequencer : public PlanRunner {
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
   IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
-  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, s.
   IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, or lacking, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
   ObservationGuard guard_;
   OwnClock estimate_clock_;

@@ -56,13 +56,13 @@ void Sequencer::Track(ObjectId object, const math::Pose* measured, bool news) {
               "the pose of '" + s_.object_name(object) + "' is not finite; the last one is used");
   }
   if (news || !sensed_) invalid_[object] = !usable;
+  if (!bad) valid_[object] = s_.time;
   if (usable || !sensed_) seen_at_[object] = s_.time;
   const bool seen = s_.time - seen_at_[object] < kUnseen || object == s_.held;
   if (seen != now.seen)
     s_.Record(EventKind::kSight,
               "'" + s_.object_name(object) + (seen ? "' is seen again" : "' is not seen any more"));
   now.seen = seen;
-  if (!bad) valid_[object] = s_.time;
 }
 
 void Sequencer::Sense(const scene::WorldEstimate& estimate, const robot::Observation& seen) {

@@ -11,7 +11,7 @@ namespace {
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
 // Joints that are slower stand, rad/s.
-constexpr double kAtRest = 0.02;
+constexpr double kAtRest = 0.05;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
@@ -148,8 +148,7 @@ const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const Ei
       stays_ = situation.v.cwiseAbs().maxCoeff() < kAtRest;
       stay_.posture = situation.q;
     }
-    // An arm that is to stop brakes before it holds a posture.
-    if (stays_ || !situation.stopping) task.goal = &stay_;
+    task.goal = &stay_;
   }
   task.max_force = max_force;
   const Eigen::VectorXd& wanted = controller_.Compute(
