@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tether/common/document/reader.h"
-#include "tether/scenario/event_reader.h"
+#include "tether/scenario/events/event_reader.h"
 #include "tether/scenario/events/fault_reader.h"
 
 namespace tether::scenario {

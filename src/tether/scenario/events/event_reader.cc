@@ -1,4 +1,4 @@
-#include "tether/scenario/event_reader.h"
+#include "tether/scenario/events/event_reader.h"
 
 #include <algorithm>
 #include <utility>

@@ -5,7 +5,7 @@
 #include "tether/ltl/formula/cosafe.h"
 #include "tether/ltl/formula/parser.h"
 #include "tether/ltl/formula/words.h"
-#include "tether/scenario/event_reader.h"
+#include "tether/scenario/events/event_reader.h"
 #include "tether/scenario/events/fault_reader.h"
 #include "tether/scenario/scene_reader.h"
 
