@@ -10,6 +10,16 @@ namespace {
 // What happens again within this time is one event, s.
 constexpr double kSameEvent = 1.0;
 
+/// Paths keep the greatest distance that the scenario asks for, where there is room.
+ArmTransitOptions WithDistances(const VelocityServoOptions& options) {
+  ArmTransitOptions arm;
+  for (const control::ConstraintSpec& spec : options.constraints) {
+    if (spec.kind == "clearance")
+      arm.clearance = std::max(arm.clearance, spec.distance + options.controller.buffer);
+  }
+  return arm;
+}
+
 }  // namespace
 
 void VelocityServoOptions::Check(Diagnostics* diagnostics) const {
@@ -29,7 +39,10 @@ VelocityServo::VelocityServo(Situation& situation,
       models_(models),
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
-      watch_(shared_.watch()) {
+      watch_(shared_.watch()),
+      transit_(s_, WithDistances(options_), options_.constraints) {
+  for (const control::ConstraintSpec& spec : options_.constraints)
+    has_fields_ = has_fields_ || spec.kind == "outside";
   if (options_.torques) MakeDrive();
 }
 
@@ -76,12 +89,13 @@ void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_openi
 void VelocityServo::BeginStep() {
   grasp_.reset();
   path_.clear();
-  detours_ = 0;
+  detours_ = transits_ = 0;
   BeginVerb();
   UpdateAllowed();
 }
 
 void VelocityServo::BeginVerb() {
+  transit_.Stop();
   entered_ = false;
   goal_.reset();
   verb_fields_.clear();
@@ -117,6 +131,7 @@ void VelocityServo::HeldChanged() {
 void VelocityServo::Stop() {
   goal_.reset();
   path_.clear();
+  transit_.Stop();
   if (s_.in_plan()) return;
   BeginVerb();
   UpdateAllowed();
