@@ -5,9 +5,11 @@
 #include "apps/tether/terminal.h"
 #include "tether/bench/bench_control.h"
 #include "tether/bench/bench_motion.h"
+#include "tether/bench/bench_paced.h"
 #include "tether/bench/bench_planning.h"
 #include "tether/bench/bench_task.h"
 #include "tether/bench/bench_tick.h"
+#include "tether/bench/bench_tracking.h"
 #include "tether/common/exit_code.h"
 #include "tether/common/file.h"
 #include "tether/common/output/output_header.h"
@@ -122,11 +124,43 @@ int BenchPlanning(const BenchArguments& arguments) {
   return bench.interrupted ? kExitInterrupted : kExitSuccess;
 }
 
+/// Ticks by the clock on the wall.
+int BenchPaced(const BenchArguments& arguments) {
+  const Terminal terminal(arguments.json == "-");
+  bench::PacedBench bench;
+  bench.seconds = *arguments.paced;
+  bench = bench::BenchmarkPaced(bench);
+  terminal.Print(std::to_string(bench.ticks) + " ticks at 1 kHz, " +
+                 (bench.loaded ? "another process loading the other cores: " : "no other load: ") +
+                 std::to_string(bench.over) + " (" + Fixed(100 * bench.share_over(), 3) +
+                 " %) over their period; latest start " + Fixed(1e6 * bench.latest_start, 0) +
+                 " µs, longest " + Fixed(1e6 * bench.longest, 0) + " µs");
+  WriteResult(
+      arguments,
+      OutputHeader("tether.bench/1", 1).Set("name", "control").Set("paced", bench::WritePacedBench(bench)));
+  return bench.share_over() <= 0.001 ? kExitSuccess : kExitFailed;
+}
+
+/// Following a circle with torques.
+Value BenchTracking(const Terminal& terminal) {
+  const bench::TrackingBench bench = bench::BenchmarkTracking();
+  const auto print = [&](const std::string& name, const bench::TrackingFigures& figures) {
+    terminal.Print(Column(name, 28) + Column(Fixed(1e3 * figures.error, 4), 13) +
+                   Column(Fixed(1e3 * figures.worst, 4), 13) + Fixed(figures.work, 3));
+  };
+  terminal.Print("\n" + terminal.Bold(Column("a circle, 10 cm, 0.2 m/s", 28) + Column("mean (mm)", 13) +
+                                      Column("worst (mm)", 13) + "work (J)"));
+  print("operational_space", bench.operational_space);
+  print("constrained_torque", bench.constrained);
+  return bench::WriteTrackingBench(bench);
+}
+
 /// The QP solver of the control loop, and whole ticks of it.
 int BenchControl(const BenchArguments& arguments) {
+  if (arguments.paced) return BenchPaced(arguments);
   const Terminal terminal(arguments.json == "-");
   const bench::ControlBench bench = bench::BenchmarkControl();
-  const auto print = [&](const std::string& name, const bench::TimeQuantiles& quantiles) {
+  const auto print = [&](const std::string& name, const bench::Spread& quantiles) {
     terminal.Print(Column(name, 24) + Column(Fixed(1e6 * quantiles.median, 3), 13) +
                    Fixed(1e6 * quantiles.p99, 3));
   };
@@ -165,7 +199,9 @@ int BenchControl(const BenchArguments& arguments) {
       (disc ? torque_s : torque_rectangle_s).Set(robot, bench::WriteTickBench(torque));
     }
   }
+  const Value tracking = BenchTracking(terminal);
   WriteResult(arguments, bench::WriteControlBench(bench)
+                             .Set("tracking", tracking)
                              .Set("tick_s", tick_s)
                              .Set("tick_rectangle_s", rectangle_s)
                              .Set("torque_tick_s", torque_s)
@@ -218,9 +254,16 @@ void RequireNoPlanningOptions(const BenchArguments& arguments) {
   refuse(arguments.repetitions.has_value(), "--repetitions");
   refuse(arguments.no_robot, "--no-robot");
   constexpr int kMostTicks = 10'000'000;
+  constexpr double kMostPaced = 3600;
   if (arguments.ticks && *arguments.ticks > kMostTicks)
     diagnostics.Add({}, "--ticks is " + std::to_string(*arguments.ticks),
                     "up to " + std::to_string(kMostTicks));
+  if (arguments.paced && !(*arguments.paced > 0 && *arguments.paced <= kMostPaced))
+    diagnostics.Add({}, "--paced is " + Value(*arguments.paced).AsText(),
+                    "a time in s, above 0, at most 3600");
+  if (arguments.name != "control" && arguments.paced)
+    diagnostics.Add({}, "--paced has no effect on benchmark '" + arguments.name + "'",
+                    "with benchmark 'control'");
   if (arguments.name != "control" && arguments.ticks) {
     diagnostics.Add({}, "--ticks has no effect on benchmark '" + arguments.name + "'",
                     "with benchmark 'control'");

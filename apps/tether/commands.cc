@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -139,7 +140,7 @@ planning::PlanOrigin Origin(const std::string& scenario, uint64_t seed) {
 
 std::vector<scenario::Event> ChooseEvents(const scenario::Scenario& scenario, const std::string& file) {
   if (file.empty()) return scenario.events;
-  return scenario::ReadEvents(file, {&scenario.scene, &scenario.actions});
+  return scenario::ReadEvents(file, {&scenario.scene, &scenario.actions, scenario.problem.get()});
 }
 
 /// A plan is tied to objects and may be run although they have moved; violated constraints are reported
@@ -187,7 +188,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
   exit_code = ExitCodeOf(report.status);
   std::vector<int> feasible;
   for (int i : report.BestFirst()) {
-    if (report.candidates[static_cast<size_t>(i)].feasible()) feasible.push_back(i);
+    if (report.candidates[i].feasible()) feasible.push_back(i);
   }
   if (feasible.empty() || !report.ok()) return std::nullopt;
   const int rank = arguments.candidate.value_or(1);
@@ -196,7 +197,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
                          std::to_string(feasible.size()) + " feasible candidates",
                      "1 to " + std::to_string(feasible.size()) + ", best first");
   }
-  return report.candidates[static_cast<size_t>(feasible[static_cast<size_t>(rank - 1)])].plan;
+  return report.candidates[feasible[rank - 1]].plan;
 }
 
 /// Prints the least margin of each constraint.
@@ -204,7 +205,7 @@ void PrintMargins(const evaluation::RunReport& report, const Terminal& terminal)
   if (report.margins.empty()) return;
   terminal.Print(terminal.Bold("least margins over the run"));
   for (const evaluation::Margin& margin : report.margins) {
-    if (margin.minimum > 1e200) continue;
+    if (!std::isfinite(margin.minimum)) continue;
     const bool millimetres = margin.unit == "m";
     const std::string least =
         millimetres ? Fixed(1e3 * margin.minimum, 1) + " mm" : Fixed(margin.minimum, 3) + " " + margin.unit;

@@ -50,8 +50,9 @@ struct BenchArguments {
   std::vector<std::string> solvers;
   std::optional<int> repetitions;
   bool no_robot = false;
-  std::optional<int> ticks;  ///< For benchmark `control`.
-  std::string problems;      ///< For benchmark `motion`, as `robot`.
+  std::optional<int> ticks;     ///< For benchmark `control`.
+  std::optional<double> paced;  ///< s, for benchmark `control`.
+  std::string problems;         ///< For benchmark `motion`, as `robot`.
   std::string robot;
   std::string program;  ///< Path of the program itself.
   const std::atomic<bool>* stop = nullptr;

@@ -231,6 +231,12 @@ void AddBench(CLI::App& app, BenchArguments& arguments, std::function<int()>& ru
       ->type_name("N");
   command
       ->add_option(
+          "--paced", arguments.paced,
+          "control: only ticks at 1 kHz by the clock for so many seconds, while another process loads "
+          "the other cores; more than 0.1 % of them late is a failure")
+      ->type_name("S");
+  command
+      ->add_option(
           "--problems", arguments.problems,
           "motion: a folder with sceneN.yaml and requestN.yaml of MotionBenchMaker, or folders of such")
       ->type_name("DIR");
@@ -307,6 +313,10 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
       ->allow_extra_args(false);
   command->add_option("--scenario", options.scenario, "control: instead of the assistive scenario that ships")
       ->type_name("FILE");
+  command
+      ->add_option("--command", options.command,
+                   "control: velocity or torque, in place of what the scenario's controller commands")
+      ->type_name("KIND");
   command->add_option("--restarts", options.restarts, "Random starts of a scene (default 100)")
       ->type_name("N");
   command

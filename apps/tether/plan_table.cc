@@ -78,7 +78,7 @@ std::string PlanTable(const planning::PlanReport& report, const Terminal& termin
   }
   int rank = 0;
   for (int i : report.BestFirst()) {
-    const planning::CandidateReport& candidate = report.candidates[static_cast<size_t>(i)];
+    const planning::CandidateReport& candidate = report.candidates[i];
     const bool measured = !candidate.plan.steps.empty();
     text += Pad(std::to_string(++rank), 4) + "  " + Pad(measured ? Fixed(candidate.plan.cost, 4) : "-", 8) +
             "  " + Pad(measured ? Fixed(1e3 * candidate.max_violation_m, 3) : "-", 13) + "  " +

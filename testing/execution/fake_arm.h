@@ -116,6 +116,7 @@ struct FakeArm {
     if (!closing) held.clear();
     if (!held.empty()) truth.X_WO[held] = kinematics.X_BH() * X_HO;
     truth.time += options.period;
+    seen.time = truth.time;
   }
   bool Between() const { return (kinematics.X_BH().p - truth.X_WO.at("block").p).norm() < 0.05; }
 

@@ -14,7 +14,7 @@ double SlowDistance(const Snapshot& snapshot, const Eigen::VectorXd& q) {
   const geometry::Shape hand = snapshot.model->HandShape(snapshot.opening);
   double least = 1e300;
   const auto shape = [&](int solid) -> const geometry::Shape& {
-    return solid == solids.hand() ? hand : solids.links[static_cast<size_t>(solid)].shape;
+    return solid == solids.hand() ? hand : solids.links[solid].shape;
   };
   const auto add = [&](const geometry::Shape& a, const math::Pose& X_BA, const geometry::Shape& b,
                        const math::Pose& X_BB) {

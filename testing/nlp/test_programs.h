@@ -38,7 +38,7 @@ inline std::shared_ptr<const Residual> MakeResidual(std::string name, int size, 
                                             std::move(function));
 }
 
-inline const Pose& At(const Point& x, BlockRef block) { return x.poses[static_cast<size_t>(block.index)]; }
+inline const Pose& At(const Point& x, BlockRef block) { return x.poses[block.index]; }
 
 /// (w_p (p_B − p_T), w_r Log(R_Tᵀ R_B)): the pose against a fixed target T.
 inline std::shared_ptr<const Residual> PoseToTarget(BlockRef pose, const Pose& target, double w_p, double w_r,
@@ -124,7 +124,7 @@ inline std::shared_ptr<const Residual> VectorResidual(std::string name, int size
                                                       std::function<MatrixXd(const VectorXd&)> jacobian,
                                                       Unit unit = Unit::kMetre) {
   return MakeResidual(std::move(name), size, unit, {block}, [=](const Point& x, VectorRef r, JacobianRef* J) {
-    const VectorXd& v = x.vectors[static_cast<size_t>(block.index)];
+    const VectorXd& v = x.vectors[block.index];
     r = value(v);
     if (J != nullptr) *J = jacobian(v);
   });

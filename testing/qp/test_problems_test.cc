@@ -253,8 +253,8 @@ Reference SolveByInteriorPoint(const Problem& problem) {
   MatrixXd A(m, n);
   VectorXd b(m);
   for (int i = 0; i < m; ++i) {
-    A.row(i) = normals[static_cast<size_t>(i)].transpose();
-    b[i] = sides[static_cast<size_t>(i)];
+    A.row(i) = normals[i].transpose();
+    b[i] = sides[i];
   }
   VectorXd x = VectorXd::Zero(n), s = VectorXd::Ones(m), y = VectorXd::Ones(m);
   Reference reference;

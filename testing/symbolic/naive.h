@@ -32,8 +32,7 @@ inline std::vector<std::vector<int>> Bindings(const Problem& problem, const std:
 
 inline Atom Bind(int predicate, const std::vector<Term>& terms, const std::vector<int>& binding) {
   Atom atom{predicate, {}};
-  for (const Term& t : terms)
-    atom.arguments.push_back(t.is_variable ? binding.at(static_cast<size_t>(t.index)) : t.index);
+  for (const Term& t : terms) atom.arguments.push_back(t.is_variable ? binding.at(t.index) : t.index);
   return atom;
 }
 
@@ -84,7 +83,7 @@ inline void Derive(const Problem& problem, Facts& facts) {
     for (bool changed = true; changed;) {
       changed = false;
       for (const DerivedRule& rule : domain.derived) {
-        if (domain.strata[static_cast<size_t>(rule.predicate)] != stratum) continue;
+        if (domain.strata[rule.predicate] != stratum) continue;
         for (const auto& binding : Bindings(problem, rule.parameters, {})) {
           if (!Holds(problem, rule.body, facts, binding)) continue;
           changed = facts.insert({rule.predicate, binding}).second || changed;
@@ -156,7 +155,7 @@ inline std::vector<Step> Steps(const Problem& problem, const Facts& facts) {
       if (!Holds(problem, action.precondition, facts, binding)) continue;
       Step step{action.name + "(", facts, &action, binding};
       for (size_t i = 0; i < binding.size(); ++i) {
-        step.name += (i > 0 ? "," : "") + problem.objects[static_cast<size_t>(binding[i])].name;
+        step.name += (i > 0 ? "," : "") + problem.objects[binding[i]].name;
       }
       step.name += ")";
       Facts adds, deletes;
@@ -257,7 +256,7 @@ class RandomProblem {
         if (Below(own, type)) fit.push_back(name);
       }
     }
-    return fit.empty() ? "" : fit[static_cast<size_t>(random_.Index(static_cast<int>(fit.size())))];
+    return fit.empty() ? "" : fit[random_.Index(static_cast<int>(fit.size()))];
   }
 
   std::string AtomText(const Scope& scope, bool changing) {

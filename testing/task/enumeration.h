@@ -60,7 +60,7 @@ class Paths {
     std::set<int> seen = {state};
     bool revisits = false;
     for (const std::string& name : actions) {
-      if (is_goal_[static_cast<size_t>(state)]) return Verdict::kNoPlan;
+      if (is_goal_[state]) return Verdict::kNoPlan;
       const std::vector<Step>& steps = StepsOf(state);
       const auto step =
           std::find_if(steps.begin(), steps.end(), [&](const Step& s) { return s.name == name; });
@@ -68,7 +68,7 @@ class Paths {
       state = step->target;
       revisits = !seen.insert(state).second || revisits;
     }
-    if (!is_goal_[static_cast<size_t>(state)]) return Verdict::kNoPlan;
+    if (!is_goal_[state]) return Verdict::kNoPlan;
     return revisits ? Verdict::kRevisits : Verdict::kPlan;
   }
 
@@ -83,9 +83,9 @@ class Paths {
   ltl::Letter LetterOf(const symbolic::naive::Facts& facts) const {
     std::set<std::string> names;
     for (const symbolic::Atom& atom : facts) {
-      std::string name = problem_.domain->predicates[static_cast<size_t>(atom.predicate)].name;
+      std::string name = problem_.domain->predicates[atom.predicate].name;
       for (size_t i = 0; i < atom.arguments.size(); ++i)
-        name += (i == 0 ? "(" : ",") + problem_.objects[static_cast<size_t>(atom.arguments[i])].name;
+        name += (i == 0 ? "(" : ",") + problem_.objects[atom.arguments[i]].name;
       names.insert(symbolic::LowerCase(name + (atom.arguments.empty() ? "" : ")")));
     }
     const std::vector<std::string>& atoms = automaton_->atoms();
@@ -124,11 +124,11 @@ class Paths {
 
   bool Walk(int state) {
     if (left_-- == 0) return false;
-    if (is_goal_[static_cast<size_t>(state)]) {
+    if (is_goal_[state]) {
       plans_.push_back(path_);
       return true;
     }
-    if (automaton_ && automaton_->IsTrap(states_[static_cast<size_t>(state)].second)) return true;
+    if (automaton_ && automaton_->IsTrap(states_[state].second)) return true;
     if (longest_ >= 0 && path_.actions.size() == static_cast<size_t>(longest_)) {
       cut_off_ = true;
       return true;
@@ -194,9 +194,7 @@ class RandomTask {
 
  private:
   std::string Literal(const std::vector<std::string>& names, bool changing, bool derived) {
-    const auto name = [&] {
-      return names[static_cast<size_t>(random_.Index(static_cast<int>(names.size())))];
-    };
+    const auto name = [&] { return names[random_.Index(static_cast<int>(names.size()))]; };
     std::string atom = "(a)";
     const int which = random_.Index(changing ? 5 : derived ? 8 : 6);
     if (!names.empty() && which > 0) {

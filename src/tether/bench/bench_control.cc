@@ -52,20 +52,11 @@ void Measure(const std::vector<qp::Problem>& problems, qp::Start start, ControlB
       if (start == qp::Start::kCold) bench.mean_active += 0.5 * solver.active().size() / bench.problems;
     }
   }
-  for (std::vector<double>& times : passes) {
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    times_s.push_back(*middle);
-  }
+  for (const std::vector<double>& times : passes) times_s.push_back(Quantile(times, 0.5));
 }
 
-TimeQuantiles Quantiles(std::vector<double> times_s) {
-  std::sort(times_s.begin(), times_s.end());
-  return {times_s[times_s.size() / 2], times_s[times_s.size() * 99 / 100]};
-}
-
-Value WriteQuantiles(const TimeQuantiles& quantiles) {
-  return Value::Object().Set("median", quantiles.median).Set("p99", quantiles.p99);
+Value WriteSpread(const Spread& spread) {
+  return Value::Object().Set("median", spread.median).Set("p99", spread.p99);
 }
 
 }  // namespace
@@ -77,9 +68,9 @@ ControlBench BenchmarkControl(ControlBench bench) {
   Measure(random, qp::Start::kCold, bench, cold_s);
   Measure(smooth, qp::Start::kWarm, bench, warm_s);
   Measure(random, qp::Start::kWarm, bench, warm_random_s);
-  bench.cold = Quantiles(std::move(cold_s));
-  bench.warm = Quantiles(std::move(warm_s));
-  bench.warm_random = Quantiles(std::move(warm_random_s));
+  bench.cold = SpreadOf(std::move(cold_s));
+  bench.warm = SpreadOf(std::move(warm_s));
+  bench.warm_random = SpreadOf(std::move(warm_random_s));
   return bench;
 }
 
@@ -92,9 +83,9 @@ Value WriteControlBench(const ControlBench& bench) {
                      .Set("problems", bench.problems)
                      .Set("passes", bench.passes)
                      .Set("mean_active", bench.mean_active)
-                     .Set("cold_s", WriteQuantiles(bench.cold))
-                     .Set("warm_s", WriteQuantiles(bench.warm))
-                     .Set("warm_random_s", WriteQuantiles(bench.warm_random))
+                     .Set("cold_s", WriteSpread(bench.cold))
+                     .Set("warm_s", WriteSpread(bench.warm))
+                     .Set("warm_random_s", WriteSpread(bench.warm_random))
                      .Set("max_kkt", bench.max_kkt)
                      .Set("unsolved", bench.unsolved));
 }

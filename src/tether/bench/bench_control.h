@@ -2,15 +2,10 @@
 
 #include <cstdint>
 
+#include "tether/bench/process_time.h"
 #include "tether/common/document/value.h"
 
 namespace tether::bench {
-
-/// Of times per call, s.
-struct TimeQuantiles {
-  double median = 0;
-  double p99 = 0;
-};
 
 /// What `tether bench control` measures of the QP solver alone: 7 variables, 40 rows and bounds, as
 /// qp::ControlSequence poses them. Every problem is written to the same place before it is solved, as a
@@ -23,11 +18,11 @@ struct ControlBench {
   int passes = 5;
   uint64_t seed = 1;
 
-  TimeQuantiles cold;         ///< Cold starts; all problems.
-  TimeQuantiles warm;         ///< From the last problem's active rows; smooth sequences.
-  TimeQuantiles warm_random;  ///< Warm starts from unrelated problems.
-  double mean_active = 0;     ///< Active rows and bounds at the solution; all problems.
-  double max_kkt = 0;         ///< Largest relative residual, as in qp::KktResidual; warm and cold.
+  Spread cold;             ///< Cold starts; all problems.
+  Spread warm;             ///< From the last problem's active rows; smooth sequences.
+  Spread warm_random;      ///< Warm starts from unrelated problems.
+  double mean_active = 0;  ///< Active rows and bounds at the solution; all problems.
+  double max_kkt = 0;      ///< Largest relative residual, as in qp::KktResidual; warm and cold.
   int unsolved = 0;
 };
 

@@ -10,6 +10,7 @@
 #include "tether/bench/process_time.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/random.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/motion/path_search.h"
 
@@ -46,7 +47,7 @@ VectorXd Configuration(const robot::Model& model, const std::vector<JointPositio
                        const VectorXd& rest, std::string* beyond) {
   VectorXd q = rest;
   for (int i = 0; i < model.dof(); ++i) {
-    const std::string& name = model.joint_names()[static_cast<size_t>(i)];
+    const std::string& name = model.joint_names()[i];
     if (const JointPosition* joint = FindJoint(joints, name)) q[i] = joint->position;
     const double over = std::max(model.lower()[i] - q[i], q[i] - model.upper()[i]);
     if (over > kLimitTolerance && beyond->empty())
@@ -215,14 +216,8 @@ struct Quantiles {
   double median = 0, p95 = 0, max = 0;
 };
 
-Quantiles QuantilesOf(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(values.size()));
-    return values[static_cast<size_t>(std::max(rank, 1.0)) - 1];
-  };
-  return {at(0.5), at(0.95), values.back()};
+Quantiles QuantilesOf(const std::vector<double>& values) {
+  return {Quantile(values, 0.5), Quantile(values, 0.95), Quantile(values, 1)};
 }
 
 struct Totals {
@@ -279,7 +274,7 @@ MotionBench BenchmarkMotion(const MotionBenchOptions& options,
   RateMeter meter(options.seed);
   const std::vector<MotionProblemFiles> problems = FindMotionProblems(options.problems);
   for (size_t i = 0; i < problems.size(); ++i) {
-    if (options.stop != nullptr && *options.stop) {
+    if (IsStopped(options.stop)) {
       bench.interrupted = true;
       break;
     }

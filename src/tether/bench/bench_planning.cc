@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "tether/common/error.h"
+#include "tether/common/stop.h"
 #include "tether/planning/check/checker.h"
 #include "tether/planning/modes/mode_assignment.h"
 #include "tether/planning/program/program_builder.h"
@@ -15,8 +16,6 @@ namespace tether::bench {
 namespace {
 
 constexpr int kMostProcesses = 20;
-
-bool Stopped(const PlanningBenchOptions& options) { return options.stop != nullptr && options.stop->load(); }
 
 std::vector<std::string> ScenarioFiles(const PlanningBenchOptions& options) {
   if (!options.scenarios.empty()) return options.scenarios;
@@ -196,24 +195,24 @@ std::optional<ProblemMeasurement> MeasureProblem(const std::string& path,
   }
   nlp::Options solver_options = problem.program.solver;
   solver_options.stop = options.stop;
-  const bool finished =
-      TakeTurns(counts,
-                [&](size_t i, int) {
-                  return !Stopped(options) && SolveAll(programs.list, solver_options, measurement.solvers[i]);
-                }) &&
-      TakeTurns(counts, [&](size_t i, int) {
-        return !Stopped(options) &&
-               PlanOnce(path, Overrides(options, backends[i]), measurement.solvers[i].planning);
-      });
+  const bool finished = TakeTurns(counts,
+                                  [&](size_t i, int) {
+                                    return !IsStopped(options.stop) &&
+                                           SolveAll(programs.list, solver_options, measurement.solvers[i]);
+                                  }) &&
+                        TakeTurns(counts, [&](size_t i, int) {
+                          return !IsStopped(options.stop) && PlanOnce(path, Overrides(options, backends[i]),
+                                                                      measurement.solvers[i].planning);
+                        });
   if (!finished) return std::nullopt;
 
   if (!options.program.empty() && measurement.native() != nullptr) {
     std::vector<std::string> command{options.program, "plan", path, "--solver", "native", "--threads", "1"};
     if (options.no_robot) command.emplace_back("--no-robot");
-    for (int i = 0; i < std::min(options.repetitions, kMostProcesses) && !Stopped(options); ++i)
+    for (int i = 0; i < std::min(options.repetitions, kMostProcesses) && !IsStopped(options.stop); ++i)
       measurement.exit_code = TimeProcess(command, measurement.process);
   }
-  if (Stopped(options)) return std::nullopt;
+  if (IsStopped(options.stop)) return std::nullopt;
   return measurement;
 }
 

@@ -7,6 +7,7 @@
 
 #include "tether/bench/process_time.h"
 #include "tether/common/output/output_header.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/ltl/automaton/automaton.h"
 #include "tether/ltl/formula/parser.h"
@@ -61,8 +62,7 @@ std::string TasksGoal(const planning::RegionLayout& layout, int count) {
   const int items = static_cast<int>(layout.items.size()), regions = static_cast<int>(layout.regions.size());
   for (int i = 0; i < count; ++i) {
     const auto in = [&](int region) {
-      return "in(" + layout.items[static_cast<size_t>(i % items)].name + "," +
-             layout.regions[static_cast<size_t>(region % regions)].name + ")";
+      return "in(" + layout.items[i % items].name + "," + layout.regions[region % regions].name + ")";
     };
     goal += (i > 0 ? " & " : "") + std::string("F(") + in(3 * i + 1) + " & X F " + in(3 * i + 5) + ")";
   }
@@ -116,7 +116,7 @@ class TaskBenchRun {
   }
 
  private:
-  bool Stopped() const { return bench_.options.stop != nullptr && bench_.options.stop->load(); }
+  bool Stopped() const { return IsStopped(bench_.options.stop); }
 
   void Measure(TaskRow row, const planning::RegionLayout& layout, const std::string& formula) {
     if (bench_.interrupted) return;

@@ -68,11 +68,6 @@ struct TickScene {
   }
 };
 
-double Quantile(const std::vector<double>& sorted, double share) {
-  const auto index = static_cast<size_t>(share * static_cast<double>(sorted.size()));
-  return sorted[std::min(index, sorted.size() - 1)];
-}
-
 /// A new place for the hand, or one for the foot of what it holds on a region, whose field is returned.
 std::vector<control::FieldConstraint> DrawGoal(const TickScene& scene, const Pose& X_WH, BenchRegion form,
                                                bool of_hand, Random& random, control::Goal& goal,
@@ -89,7 +84,7 @@ std::vector<control::FieldConstraint> DrawGoal(const TickScene& scene, const Pos
   goal.target.X_OF = Pose(p);
   goal.frame = {scene.held, Pose(Vector3d(0, 0, -0.06))};
   goal.functions = control::MakeObjective(control::Objective::kDistance, Pose(Vector3d(0, 0, 0.015)));
-  const Pose X_WF = scene.poses[static_cast<size_t>(scene.held)].X * goal.frame.X_OF;
+  const Pose X_WF = scene.poses[scene.held].X * goal.frame.X_OF;
   Vector3d start = X_WF.p - p;
   start.z() = std::max(0.02, start.z());
   const auto function = form == BenchRegion::kDisc
@@ -105,7 +100,6 @@ void TakeTimes(std::vector<double> times, std::vector<double> clock, int cpu_slo
   bench.over_1ms = static_cast<double>(slow) / ticks;
   bench.cpu_over_1ms = static_cast<double>(cpu_slow) / ticks;
   bench.max = *std::max_element(clock.begin(), clock.end());
-  std::sort(times.begin(), times.end());
   bench.median = Quantile(times, 0.5);
   bench.p99 = Quantile(times, 0.99);
   bench.p9999 = Quantile(times, 0.9999);
@@ -130,12 +124,12 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
   bench.ticks = ticks;
   control::Goal goal;
   std::vector<double> times;
-  times.reserve(static_cast<size_t>(ticks));
+  times.reserve(ticks);
   double rows = 0;
   int cpu_slow = 0;
   for (int tick = 0; tick < ticks; ++tick) {
     kinematics.Set(q);
-    scene.poses[static_cast<size_t>(scene.held)].X = kinematics.X_BH() * X_HO;
+    scene.poses[scene.held].X = kinematics.X_BH() * X_HO;
     if (tick % kTicksPerGoal == 0) {
       controller.SetExtraFields(
           DrawGoal(scene, kinematics.X_BH(), form, tick / kTicksPerGoal % 2 == 0, random, goal, bench));
@@ -163,7 +157,8 @@ TickBench BenchmarkTicks(const std::string& robot, BenchRegion form, int ticks, 
   return bench;
 }
 
-TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int ticks, uint64_t seed) {
+TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int ticks, uint64_t seed,
+                               const TickHooks& hooks) {
   const auto model = robot::Model::Load(robot);
   TickScene scene(*model);
   control::TorqueOptions options;
@@ -185,19 +180,21 @@ TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion form, int t
   int cpu_slow = 0;
   for (int tick = 0; tick < ticks; ++tick) {
     state.Set(q, v);
-    control::MovingPose& held = scene.poses[static_cast<size_t>(scene.held)];
+    control::MovingPose& held = scene.poses[scene.held];
     held.X = state.X_BH() * X_HO;
     if (tick % (5 * kTicksPerGoal) == 0) {
       controller.SetExtraFields(
           DrawGoal(scene, state.X_BH(), form, tick / (5 * kTicksPerGoal) % 2 == 0, random, goal, bench));
     }
     scene.Move(kTorquePeriod * tick);
+    if (hooks.begin) hooks.begin();
     const Stopwatch own;
     state.Set(q, v);
     const Eigen::VectorXd& torque =
         controller.Compute({state, 0.03, scene.poses, &external}, {nullptr, &goal, &model->home()});
     times.push_back(own.cpu_s());
     clock.push_back(own.wall_s());
+    if (hooks.end) hooks.end();
     bench.cpu_max = std::max(bench.cpu_max, times.back());
     cpu_slow += times.back() > kLimit ? 1 : 0;
     v += kTorquePeriod * state.M().llt().solve(torque - state.bias());

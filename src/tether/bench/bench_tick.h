@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -35,9 +36,15 @@ enum class BenchRegion { kDisc, kRectangle };
 /// moves about.
 TickBench BenchmarkTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed);
 
+/// Called before and after what is measured of each tick; may be empty.
+struct TickHooks {
+  std::function<void()> begin, end;
+};
+
 /// The same with torques, at 1 kHz, on the arm's own equations of motion: kinematics, dynamics, all rows and
 /// the QP. Times are the thread's own, `over_1ms` and `max` those on the clock.
-TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed);
+TickBench BenchmarkTorqueTicks(const std::string& robot, BenchRegion region, int ticks, uint64_t seed,
+                               const TickHooks& hooks = {});
 
 /// The measurements as a map: times in s, distances in m.
 Value WriteTickBench(const TickBench& bench);

@@ -26,18 +26,17 @@ double Seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
-double Rank(const std::vector<double>& sorted, double share) {
-  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
-  return sorted[static_cast<size_t>(std::max(1.0, rank)) - 1];
-}
-
 }  // namespace
 
-Spread SpreadOf(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  return {Rank(values, 0.5), Rank(values, 0.99)};
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const double rank = std::max(1.0, std::ceil(share * static_cast<double>(values.size())));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+Spread SpreadOf(std::vector<double> values) { return {Quantile(values, 0.5), Quantile(values, 0.99)}; }
 
 Stopwatch::Stopwatch() : wall_begin_(Read(CLOCK_MONOTONIC)), cpu_begin_(Read(CLOCK_THREAD_CPUTIME_ID)) {}
 

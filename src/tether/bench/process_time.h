@@ -5,12 +5,14 @@
 
 namespace tether::bench {
 
+/// The value below which a share of the values lies, by nearest rank; 0 where there are none.
+double Quantile(std::vector<double> values, double share);
+
 /// Median and tail of some times, s.
 struct Spread {
   double median = 0;
   double p99 = 0;
 };
-/// By nearest rank; zeros where there are no values.
 Spread SpreadOf(std::vector<double> values);
 
 /// Measured times, one per repetition, s.

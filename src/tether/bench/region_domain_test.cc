@@ -312,8 +312,7 @@ TEST(RegionLayoutTest, SearchesAndAbstractionsAgree) {
     const planning::RegionLayout layout = RandomLayout(random, one_each);
     if (layout.items.size() < 2) continue;
     const auto in = [&] {
-      const auto& item =
-          layout.items[static_cast<size_t>(random.Index(static_cast<int>(layout.items.size())))];
+      const auto& item = layout.items[random.Index(static_cast<int>(layout.items.size()))];
       const int area = random.Index(static_cast<int>(layout.regions.size()) + 1);
       return "in(" + item.name + "," +
              (area == 0 ? "g" : layout.regions[static_cast<size_t>(area) - 1].name) + ")";

@@ -68,7 +68,7 @@ int WriteAll(int fd, std::string_view text) {
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return errno;
     NoteProgress();
-    text.remove_prefix(static_cast<size_t>(written));
+    text.remove_prefix(written);
   }
   return 0;
 }

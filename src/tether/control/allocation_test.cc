@@ -36,45 +36,51 @@ TEST(AllocationTest, OperationalSpaceControlTakesNothingFromTheHeap) {
   EXPECT_GT(before, 0);
 }
 
+/// An arm that holds a box between a table and a post, with clearances, two fields and a goal.
+struct CrowdedArm {
+  explicit CrowdedArm(const robot::Model& model) {
+    Add("table", geometry::Box{{1.4, 1.8, 0.04}}, {0, 0, -0.02});
+    Add("post", geometry::Cylinder{0.05, 0.4}, {0.3, 0.3, 0.2});
+    Add("held", geometry::Box{{0.05, 0.05, 0.1}}, {0.3, 0, 0.3});
+    for (int body = 0; body <= model.solids().hand(); ++body) clearance.of.push_back(body);
+    goal.functions =
+        MakeObjective(Objective::kPose, math::Pose(math::RotationFromRpy({M_PI, 0, 0}), {0.4, 0.2, 0.05}));
+  }
+  void Add(const char* object, const geometry::Primitive& primitive, const Eigen::Vector3d& p) {
+    solids.push_back({object, primitive, true});
+    poses.push_back({math::Pose(p)});
+  }
+
+  std::vector<Solid> solids;
+  std::vector<MovingPose> poses;
+  ClearanceConstraint clearance{"clearance", {}, true, {0, 1, 2}, 0.01, 0};
+  const std::vector<FieldConstraint> fields = {
+      {"tilt", constraints::MakeAngle(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), 0.35), {}, {}, 1},
+      {"cone", constraints::MakePointCone(0.05, {0.2, 0.2, 0.3}, Eigen::Vector3d::Zero()), {}, {2, {}}, 0}};
+  Goal goal;
+};
+
 TEST(AllocationTest, ConstrainedVelocityControlTakesNothingFromTheHeap) {
   for (const char* name : {"j2n6s300", "panda"}) {
     const auto model = robot::Model::Load(name);
-    std::vector<Solid> solids;
-    std::vector<MovingPose> poses;
-    const auto add = [&](const char* object, const geometry::Primitive& primitive, const Eigen::Vector3d& p) {
-      solids.push_back({object, primitive, true});
-      poses.push_back({math::Pose(p)});
-    };
-    add("table", geometry::Box{{1.4, 1.8, 0.04}}, {0, 0, -0.02});
-    add("post", geometry::Cylinder{0.05, 0.4}, {0.3, 0.3, 0.2});
-    add("held", geometry::Box{{0.05, 0.05, 0.1}}, {0.3, 0, 0.3});
-    ClearanceConstraint clearance{"clearance", {}, true, {0, 1, 2}, 0.01, 0};
-    for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
-    const std::vector<FieldConstraint> fields = {
-        {"tilt",
-         constraints::MakeAngle(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), 0.35),
-         {},
-         {},
-         1},
-        {"cone", constraints::MakePointCone(0.05, {0.2, 0.2, 0.3}, Eigen::Vector3d::Zero()), {}, {2, {}}, 0}};
+    CrowdedArm scene(*model);
     VelocityOptions options;
     options.range = 2;
-    ConstrainedVelocity controller(model, math::Pose(), solids, {clearance}, fields, options);
+    ConstrainedVelocity controller(model, math::Pose(), scene.solids, {scene.clearance}, scene.fields,
+                                   options);
     controller.Hold(2);
-    Goal goal;
-    goal.functions =
-        MakeObjective(Objective::kPose, math::Pose(math::RotationFromRpy({M_PI, 0, 0}), {0.4, 0.2, 0.05}));
     Eigen::VectorXd q = model->home();
     robot::Kinematics kinematics(model);
     int relaxed = 0;
     long allocations = 0;
     for (int tick = 0; tick < 600; ++tick) {
       kinematics.Set(q);
-      poses[2].X = kinematics.X_BH();
+      scene.poses[2].X = kinematics.X_BH();
       // A post that runs over the arm: rows conflict.
-      if (tick > 300) poses[1].X.p = Eigen::Vector3d(0.3 - 0.002 * (tick - 300), 0, 0.2);
+      if (tick > 300) scene.poses[1].X.p = Eigen::Vector3d(0.3 - 0.002 * (tick - 300), 0, 0.2);
       const long before = heap_allocations;
-      const Eigen::VectorXd& v = controller.Compute({q, 0.02, poses}, tick < 500 ? &goal : nullptr);
+      const Eigen::VectorXd& v =
+          controller.Compute({q, 0.02, scene.poses}, tick < 500 ? &scene.goal : nullptr);
       allocations += heap_allocations - before;
       relaxed += controller.flags().relaxed ? 1 : 0;
       q += 0.005 * v;
@@ -87,30 +93,10 @@ TEST(AllocationTest, ConstrainedVelocityControlTakesNothingFromTheHeap) {
 TEST(AllocationTest, ConstrainedTorqueControlTakesNothingFromTheHeap) {
   for (const char* name : {"j2n6s300", "panda"}) {
     const auto model = robot::Model::Load(name);
-    std::vector<Solid> solids;
-    std::vector<MovingPose> poses;
-    const auto add = [&](const char* object, const geometry::Primitive& primitive, const Eigen::Vector3d& p) {
-      solids.push_back({object, primitive, true});
-      poses.push_back({math::Pose(p)});
-    };
-    add("table", geometry::Box{{1.4, 1.8, 0.04}}, {0, 0, -0.02});
-    add("post", geometry::Cylinder{0.05, 0.4}, {0.3, 0.3, 0.2});
-    add("held", geometry::Box{{0.05, 0.05, 0.1}}, {0.3, 0, 0.3});
-    ClearanceConstraint clearance{"clearance", {}, true, {0, 1, 2}, 0.01, 0};
-    for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
-    const std::vector<FieldConstraint> fields = {
-        {"tilt",
-         constraints::MakeAngle(Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), 0.35),
-         {},
-         {},
-         1},
-        {"cone", constraints::MakePointCone(0.05, {0.2, 0.2, 0.3}, Eigen::Vector3d::Zero()), {}, {2, {}}, 0}};
-    ConstrainedTorque controller(model, math::Pose(), solids, {clearance}, fields, {});
+    CrowdedArm scene(*model);
+    ConstrainedTorque controller(model, math::Pose(), scene.solids, {scene.clearance}, scene.fields, {});
     TorqueLimiter limiter(model, {});
     controller.Hold(2);
-    Goal goal;
-    goal.functions =
-        MakeObjective(Objective::kPose, math::Pose(math::RotationFromRpy({M_PI, 0, 0}), {0.4, 0.2, 0.05}));
     HandTarget target;
     Eigen::VectorXd q = model->home(), v = Eigen::VectorXd::Zero(model->dof()), external = v;
     robot::State state(model);
@@ -120,21 +106,22 @@ TEST(AllocationTest, ConstrainedTorqueControlTakesNothingFromTheHeap) {
     long allocations = 0;
     for (int tick = 0; tick < 2500; ++tick) {
       state.Set(q, v);
-      poses[2].X = state.X_BH();
+      scene.poses[2].X = state.X_BH();
       // A post that runs over the arm: rows conflict.
       if (tick > 1000 && tick < 1800) {
-        poses[1].X.p = Eigen::Vector3d(0.3 - 0.001 * (tick - 1000), 0, 0.2);
-        poses[1].V[0] = -1;
+        scene.poses[1].X.p = Eigen::Vector3d(0.3 - 0.001 * (tick - 1000), 0, 0.2);
+        scene.poses[1].V[0] = -1;
       }
       // NOLINTNEXTLINE: an arm that is pushed.
       external.setConstant(tick > 2000 ? 8 : 0);
       HandTarget given = target;
       if (tick == 2400) given.X_BH.p.x() = std::numeric_limits<double>::quiet_NaN();
-      const TorqueTask task{tick > 500 ? &given : nullptr, tick < 1500 ? &goal : nullptr, &model->home()};
+      const TorqueTask task{tick > 500 ? &given : nullptr, tick < 1500 ? &scene.goal : nullptr,
+                            &model->home()};
       const long before = heap_allocations;
       controller.Allow(allowed);
       const Eigen::VectorXd& torque =
-          limiter.Limit(state, controller.Compute({state, 0.02, poses, &external}, task));
+          limiter.Limit(state, controller.Compute({state, 0.02, scene.poses, &external}, task));
       allocations += heap_allocations - before;
       relaxed += controller.flags().relaxed ? 1 : 0;
       yielding += controller.flags().yielding ? 1 : 0;

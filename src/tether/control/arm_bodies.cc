@@ -59,26 +59,26 @@ void ArmBodies::PlaceParts(const Body& body) {
 void ArmBodies::Hold(int object) {
   Release();
   held_ = object;
-  bodies_[static_cast<size_t>(this->object(object))].link = model_->dof();
+  bodies_[this->object(object)].link = model_->dof();
 }
 
 void ArmBodies::Release() {
-  if (held_ >= 0) bodies_[static_cast<size_t>(object(held_))].link = 0;
+  if (held_ >= 0) bodies_[object(held_)].link = 0;
   held_ = -1;
 }
 
 void ArmBodies::PlaceArm(const robot::Kinematics& kinematics, double opening) {
   const double share = std::clamp(opening / model_->gripper().max_opening, 0.0, 1.0);
   const auto variant = static_cast<size_t>(std::ceil(share * (kOpenings - 1) - 0.02));
-  bodies_[static_cast<size_t>(hand_)].first_part = hand_parts_[std::min(variant, hand_parts_.size() - 1)];
+  bodies_[hand_].first_part = hand_parts_[std::min(variant, hand_parts_.size() - 1)];
   for (int body = 0; body <= hand_; ++body) {
-    bodies_[static_cast<size_t>(body)].pose.X = kinematics.X_BSolid(body);
+    bodies_[body].pose.X = kinematics.X_BSolid(body);
     PlaceParts(at(body));
   }
 }
 
 void ArmBodies::Place(int object, const MovingPose& X_BO) {
-  Body& body = bodies_[static_cast<size_t>(this->object(object))];
+  Body& body = bodies_[this->object(object)];
   body.pose = X_BO;
   PlaceParts(body);
 }

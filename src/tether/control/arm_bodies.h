@@ -15,6 +15,7 @@ namespace tether::control {
 struct MovingPose {
   math::Pose X;
   math::Vector6d V = math::Vector6d::Zero();
+  bool seen = true;  ///< False: it has not been seen for long, and this is where it was last.
 };
 
 /// A solid that isn't the arm's.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/common/document/option_check.h"
 #include "tether/common/error.h"
 #include "tether/control/constrained_velocity_impl.h"
 
@@ -32,43 +33,35 @@ double Clamp(double value, double limit) { return std::clamp(value, -limit, limi
 
 void VelocityOptions::Validate() const {
   Diagnostics diagnostics;
-  const auto require = [&](const char* name, double value, bool zero) {
-    if (std::isfinite(value) && (value > 0 || (zero && value == 0))) return;
-    diagnostics.Add(
-        {}, std::string("'") + name + "' of the velocity controller is " + std::to_string(value),
-        zero ? "a finite number of at least zero is accepted" : "a finite number above zero is accepted");
-  };
-  require("gain", gain, false);
-  require("damping", damping, false);
-  require("rotation_weight", rotation_weight, false);
-  require("field_gain", field_gain, false);
-  require("joint_gain", joint_gain, false);
-  require("joint_margin", joint_margin, true);
-  require("buffer", buffer, true);
-  require("angle_buffer", angle_buffer, true);
-  require("velocity_share", velocity_share, false);
-  require("servo_overshoot", servo_overshoot, true);
-  require("ramp", ramp, true);
-  require("period", period, false);
-  require("self_distance", self_distance, true);
-  require("range", range, false);
-  require("escape_speed", escape_speed, false);
-  require("posture_gain", posture_gain, true);
-  require("posture_share", posture_share, true);
-  require("posture_speed", posture_speed, true);
+  const OptionCheck check("the velocity controller", &diagnostics);
+  check.Positive("gain", gain);
+  check.Positive("damping", damping);
+  check.Positive("rotation_weight", rotation_weight);
+  check.Positive("field_gain", field_gain);
+  check.Positive("joint_gain", joint_gain);
+  check.NotNegative("joint_margin", joint_margin);
+  check.NotNegative("buffer", buffer);
+  check.NotNegative("angle_buffer", angle_buffer);
+  check.Positive("velocity_share", velocity_share);
+  check.NotNegative("servo_overshoot", servo_overshoot);
+  check.NotNegative("ramp", ramp);
+  check.Positive("period", period);
+  check.NotNegative("self_distance", self_distance);
+  check.Positive("range", range);
+  check.Positive("escape_speed", escape_speed);
+  check.NotNegative("posture_gain", posture_gain);
+  check.NotNegative("posture_share", posture_share);
+  check.NotNegative("posture_speed", posture_speed);
   diagnostics.ThrowIfAny();
 }
 
 ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
                                 const std::vector<Solid>& objects,
-                                std::vector<ClearanceConstraint> clearances,
+                                const std::vector<ClearanceConstraint>& clearances,
                                 std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in)
-    : model(std::move(model_in)),
+    : ConstrainedArm(std::move(model_in), X_WBase_in, objects, clearances, std::move(fields_in),
+                     options_in.self_distance),
       options(options_in),
-      X_BW(X_WBase_in.Inverse()),
-      n(model->dof()),
-      kinematics(model),
-      bodies(model, objects),
       H(n, n),
       g(n),
       lower(n),
@@ -84,29 +77,19 @@ ConstrainedVelocity::Impl::Impl(std::shared_ptr<const robot::Model> model_in, co
       free_factor(n),
       goal_row(n) {
   options.Validate();
-  for (const ClearanceConstraint& clearance : clearances) {
-    AddClearancePairs(bodies, clearance, static_cast<int>(names.size()), pairs);
-    names.push_back(clearance.name);
-  }
-  AddSelfPairs(*model, options.self_distance, static_cast<int>(names.size()), pairs);
-  names.emplace_back("self");
-  first_field = static_cast<int>(names.size());
-  for (FieldConstraint& field : fields_in) {
-    names.push_back(field.name);
-    const int size = field.function->size();
-    fields.push_back({std::move(field), Eigen::MatrixXd(size, 12), Eigen::VectorXd(size)});
-  }
-  fixed_fields = fields.size();
   SetRoom();
 }
 
 void ConstrainedVelocity::Impl::SetRoom() {
-  size_t room = NumPartPairs(bodies, pairs);
-  for (const Field& field : fields) room += static_cast<size_t>(field.r.size());
+  values.resize(std::min(values.size(), fixed_fields));
+  for (size_t i = values.size(); i < fields.size(); ++i) {
+    const int size = fields[i].function->size();
+    values.push_back({Eigen::MatrixXd(size, 12), Eigen::VectorXd(size)});
+  }
+  const size_t room = MostRows();
   if (room <= rows.size() && problem != nullptr) return;
-  rows.resize(room);
-  levels.resize(room + static_cast<size_t>(n));
-  jacobians.resize(room * static_cast<size_t>(n));
+  ReserveRows(room);
+  levels.resize(room + n);
   const int m = static_cast<int>(room);
   problem = std::make_unique<qp::Problem>(n, 0, m);
   solver = std::make_unique<qp::Solver>(n, 0, m);
@@ -116,18 +99,9 @@ void ConstrainedVelocity::Impl::SetRoom() {
 
 bool ConstrainedVelocity::Impl::TakeInput(const VelocityInput& input) {
   if (input.q.size() != n || !input.q.allFinite() || !std::isfinite(input.opening)) return false;
-  for (const MovingPose& object : input.objects) {
-    if (!object.X.R.allFinite() || !object.X.p.allFinite() || !object.V.allFinite()) return false;
-  }
+  if (!AllFinite(input.objects)) return false;
   kinematics.Set(input.q);
-  bodies.PlaceArm(kinematics, input.opening);
-  for (size_t i = 0; i < input.objects.size(); ++i) {
-    MovingPose moved;
-    moved.X = X_BW * input.objects[i].X;
-    moved.V.head<3>() = X_BW.R * input.objects[i].V.head<3>();
-    moved.V.tail<3>() = X_BW.R * input.objects[i].V.tail<3>();
-    bodies.Place(static_cast<int>(i), moved);
-  }
+  PlaceBodies(input.opening, input.objects);
   return true;
 }
 
@@ -216,7 +190,7 @@ void ConstrainedVelocity::Impl::Solve() {
   auto A = problem->A();
   auto A_lower = problem->lower();
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    const Row& row = rows[r];
     A.row(r) = Jacobian(r);
     A_lower[r] = Side(row);
   }
@@ -238,10 +212,10 @@ void ConstrainedVelocity::Impl::SolveConflict() {
   auto A_lower = conflict_problem->lower(), A_upper = conflict_problem->upper();
   int last = 1;
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    const Row& row = rows[r];
     A.row(r) = Jacobian(r);
     A_lower[r] = Side(row);
-    levels[static_cast<size_t>(r)] = 1 + row.priority;
+    levels[r] = 1 + row.priority;
     last = std::max(last, 2 + row.priority);
   }
   for (int i = 0; i < n; ++i) {
@@ -249,7 +223,7 @@ void ConstrainedVelocity::Impl::SolveConflict() {
     A(num_rows + i, i) = 1;
     A_lower[num_rows + i] = smooth_lower[i];
     A_upper[num_rows + i] = smooth_upper[i];
-    levels[static_cast<size_t>(num_rows + i)] = last;
+    levels[num_rows + i] = last;
   }
   const qp::Status status = conflict_solver->Solve(
       *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)));
@@ -257,21 +231,21 @@ void ConstrainedVelocity::Impl::SolveConflict() {
   qdot = conflict_solver->x().cwiseMax(lower).cwiseMin(upper);
   double largest = kNothing;
   for (int r = 0; r < num_rows; ++r) {
-    const double violation = conflict_solver->violations()[static_cast<size_t>(r)];
+    const double violation = conflict_solver->violations()[r];
     if (violation <= largest) continue;
     largest = violation;
     flags.relaxed = true;
     flags.violation = violation;
-    flags.worst = rows[static_cast<size_t>(r)].constraint;
+    flags.worst = rows[r].constraint;
   }
 }
 
 ConstrainedVelocity::ConstrainedVelocity(std::shared_ptr<const robot::Model> model, const Pose& X_WBase,
                                          const std::vector<Solid>& objects,
-                                         std::vector<ClearanceConstraint> clearances,
+                                         const std::vector<ClearanceConstraint>& clearances,
                                          std::vector<FieldConstraint> fields, const VelocityOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, std::move(clearances),
-                                   std::move(fields), options)) {}
+    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, clearances, std::move(fields),
+                                   options)) {}
 ConstrainedVelocity::~ConstrainedVelocity() = default;
 ConstrainedVelocity::ConstrainedVelocity(ConstrainedVelocity&&) noexcept = default;
 ConstrainedVelocity& ConstrainedVelocity::operator=(ConstrainedVelocity&&) noexcept = default;
@@ -279,15 +253,8 @@ ConstrainedVelocity& ConstrainedVelocity::operator=(ConstrainedVelocity&&) noexc
 const ArmBodies& ConstrainedVelocity::bodies() const { return impl_->bodies; }
 
 void ConstrainedVelocity::SetExtraFields(std::vector<FieldConstraint> fields) {
-  Impl& s = *impl_;
-  s.fields.resize(s.fixed_fields);
-  s.names.resize(static_cast<size_t>(s.first_field) + s.fixed_fields);
-  for (FieldConstraint& field : fields) {
-    s.names.push_back(field.name);
-    const int size = field.function->size();
-    s.fields.push_back({std::move(field), Eigen::MatrixXd(size, 12), Eigen::VectorXd(size)});
-  }
-  s.SetRoom();
+  impl_->SetExtraFields(std::move(fields));
+  impl_->SetRoom();
 }
 
 void ConstrainedVelocity::Allow(const std::vector<std::pair<int, int>>& pairs) {
@@ -310,7 +277,7 @@ const Eigen::VectorXd& ConstrainedVelocity::Compute(const VelocityInput& input, 
   s.g.setZero();
   s.AddPairRows();
   for (size_t i = 0; i < s.fields.size(); ++i) {
-    s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i));
+    s.AddFieldRows(s.fields[i], s.first_field + static_cast<int>(i), &s.values[i]);
   }
   s.ClearDust();
   if (!s.rows_finite) {
@@ -338,12 +305,8 @@ double ConstrainedVelocity::error_rad() const { return impl_->error_rad; }
 double ConstrainedVelocity::extra_violation_m() const { return impl_->ExtraViolation(Unit::kMetre); }
 double ConstrainedVelocity::extra_violation_rad() const { return impl_->ExtraViolation(Unit::kRadian); }
 int ConstrainedVelocity::num_constraints() const { return static_cast<int>(impl_->names.size()); }
-const std::string& ConstrainedVelocity::constraint_name(int index) const {
-  return impl_->names[static_cast<size_t>(index)];
-}
-const ConstrainedVelocity::Row& ConstrainedVelocity::row(int index) const {
-  return impl_->rows[static_cast<size_t>(index)];
-}
+const std::string& ConstrainedVelocity::constraint_name(int index) const { return impl_->names[index]; }
+const ConstrainedVelocity::Row& ConstrainedVelocity::row(int index) const { return impl_->rows[index]; }
 Eigen::RowVectorXd ConstrainedVelocity::row_jacobian(int index) const { return impl_->Jacobian(index); }
 
 }  // namespace tether::control

@@ -123,7 +123,7 @@ class ConstrainedVelocity {
  public:
   /// Throws InputError for options that are not valid.
   ConstrainedVelocity(std::shared_ptr<const robot::Model> model, const math::Pose& X_WBase,
-                      const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+                      const std::vector<Solid>& objects, const std::vector<ClearanceConstraint>& clearances,
                       std::vector<FieldConstraint> fields, const VelocityOptions& options);
   ~ConstrainedVelocity();
   ConstrainedVelocity(ConstrainedVelocity&&) noexcept;

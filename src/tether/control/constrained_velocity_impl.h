@@ -1,31 +1,25 @@
 #pragma once
 
 #include <algorithm>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
-#include "tether/control/clearance_pairs.h"
+#include "tether/control/constrained_arm.h"
 #include "tether/control/constrained_velocity.h"
-#include "tether/qp/hierarchy.h"
 
 namespace tether::control {
 
-// The most rows of a goal or a field.
-inline constexpr int kMaxFunctionRows = 12;
-
 /// The workspace of the controller; not for users of the room.
-struct ConstrainedVelocity::Impl {
-  struct Field {
-    FieldConstraint spec;
+struct ConstrainedVelocity::Impl : ConstrainedArm<ConstrainedVelocity::Row> {
+  /// A field at this tick.
+  struct FieldValue {
     Eigen::MatrixXd J;
     Eigen::VectorXd r;
   };
 
   Impl(std::shared_ptr<const robot::Model> model_in, const math::Pose& X_WBase_in,
-       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       const std::vector<Solid>& objects, const std::vector<ClearanceConstraint>& clearances,
        std::vector<FieldConstraint> fields_in, const VelocityOptions& options_in);
 
   // constrained_velocity.cc: set-up, bounds, redundancy and the solves.
@@ -44,11 +38,10 @@ struct ConstrainedVelocity::Impl {
   // velocity_rows.cc: the rows of constraints and goals at this tick.
   math::Pose FramePose(const Frame& frame, bool target, math::Vector6d* V) const;
   void AddPairRows();
-  void AddFieldRows(Field& field, int constraint);
+  void AddFieldRows(const FieldConstraint& field, int constraint, FieldValue* value);
   void AddGoal(const Goal& goal);
   void AddPosture(const Goal& goal);
   double ExtraViolation(nlp::Unit unit) const;
-  double* NewRow(const Row& row);
   /// Writes row r of a function's derivative in q: frame F moves with `link`.
   void Chain(const Eigen::MatrixXd& J, int r, const math::Pose& X_BF, int link, double* row) const;
   static double Drift(const Eigen::MatrixXd& J, int r, const math::Pose& X_BT, const math::Vector6d& V_BT);
@@ -59,32 +52,11 @@ struct ConstrainedVelocity::Impl {
   /// Sets derivatives at the level of rounding to zero: the arm can't change these rows. Notes rows that are
   /// not finite.
   void ClearDust();
-  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
-    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
-  }
   /// Notes what is violated beyond its buffer: nothing moves fast until nothing is.
   void FindViolation();
 
-  std::shared_ptr<const robot::Model> model;
   VelocityOptions options;
-  math::Pose X_BW;
-  int n;
-  robot::Kinematics kinematics;
-  ArmBodies bodies;
-  std::vector<std::string> names;
-  std::vector<ClearancePair> pairs;
-  std::vector<Field> fields;
-  size_t fixed_fields = 0;
-  int first_field = 0;  ///< The constraint number of the first field.
-
-  std::vector<Row> rows;
-  std::vector<double> jacobians;  ///< n per row
-  int num_rows = 0;
-  bool rows_finite = true;
-  std::vector<int> levels;
-  std::unique_ptr<qp::Problem> problem, conflict_problem;
-  std::unique_ptr<qp::Solver> solver;
-  std::unique_ptr<qp::HierarchySolver> conflict_solver;
+  std::vector<FieldValue> values;  ///< Of the fields.
   Eigen::MatrixXd H;
   Eigen::VectorXd g, lower, upper;
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Those that `ramp` allows as well.
@@ -94,10 +66,9 @@ struct ConstrainedVelocity::Impl {
   Eigen::MatrixXd free_matrix;
   Eigen::VectorXd free_velocity;
   Eigen::LLT<Eigen::MatrixXd> free_factor;
-  Eigen::MatrixXd goal_J{kMaxFunctionRows, 12};
-  Eigen::VectorXd goal_r{kMaxFunctionRows};
+  Eigen::MatrixXd goal_J{kMostFunctionRows, 12};
+  Eigen::VectorXd goal_r{kMostFunctionRows};
   Eigen::VectorXd goal_row;
-  double error_m = 0, error_rad = 0;
   double most_speed = 0;  ///< That a goal may ask for, m/s or rad/s.
   VelocityFlags flags;
 };

@@ -52,7 +52,7 @@ void LoadEstimator::LearnSensors(const Eigen::VectorXd& held, const Eigen::Vecto
   const Eigen::Vector2d drift(options_.bias_drift * options_.bias_drift * options_.period,
                               options_.mass_drift * options_.mass_drift * options_.period);
   for (Eigen::Index i = 0; i < held.size(); ++i) {
-    Joint& joint = joints_[static_cast<size_t>(i)];
+    Joint& joint = joints_[i];
     joint.P.diagonal() += drift;
     Measure<2>({1, held[i]}, external[i], r, joint.x, joint.P);
   }
@@ -81,7 +81,7 @@ void LoadEstimator::Update(const robot::State& state, const Eigen::VectorXd& ext
   age_ += options_.period;
   if (!carries_ && !touches) LearnSensors(state.bias(), external);
   for (Eigen::Index i = 0; i < external.size(); ++i) {
-    const Joint& joint = joints_[static_cast<size_t>(i)];
+    const Joint& joint = joints_[i];
     sensor_error_[i] = joint.x[0] + joint.x[1] * state.bias()[i];
   }
   if (carries_ && !touches) LearnPayload(state, external);

@@ -8,8 +8,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "tether/common/document/option_check.h"
 #include "tether/common/document/value.h"
 #include "tether/common/error.h"
+#include "tether/math/pose_error.h"
 
 namespace tether::control {
 namespace {
@@ -41,22 +43,18 @@ Eigen::Vector3d Saturated(const Eigen::Vector3d& v, double max) {
 
 void OperationalSpaceGains::Validate() const {
   Diagnostics diagnostics;
-  const auto check = [&](const char* name, double value, bool zero_is_fine) {
-    if (std::isfinite(value) && (value > 0 || (zero_is_fine && value == 0))) return;
-    diagnostics.Add({}, std::string("gain '") + name + "' is " + Value(value).AsText(),
-                    zero_is_fine ? "a finite number, not negative" : "a finite number above 0");
-  };
-  check("position", position, false);
-  check("position_damping", position_damping, false);
-  check("rotation", rotation, false);
-  check("rotation_damping", rotation_damping, false);
-  check("posture", posture, true);
-  check("posture_damping", posture_damping, true);
-  check("obstacle_damping", obstacle_damping, true);
-  check("limit_margin", limit_margin, false);
-  check("limit_push", limit_push, true);
-  check("max_position_error", max_position_error, false);
-  check("max_rotation_error", max_rotation_error, false);
+  const OptionCheck check("the operational-space controller", &diagnostics);
+  check.Positive("position", position);
+  check.Positive("position_damping", position_damping);
+  check.Positive("rotation", rotation);
+  check.Positive("rotation_damping", rotation_damping);
+  check.NotNegative("posture", posture);
+  check.NotNegative("posture_damping", posture_damping);
+  check.NotNegative("obstacle_damping", obstacle_damping);
+  check.Positive("limit_margin", limit_margin);
+  check.NotNegative("limit_push", limit_push);
+  check.Positive("max_position_error", max_position_error);
+  check.Positive("max_rotation_error", max_rotation_error);
   diagnostics.ThrowIfAny();
 }
 
@@ -68,9 +66,9 @@ bool IsFinite(const HandTarget& target) {
 
 Vector6d DesiredHandAcceleration(const OperationalSpaceGains& gains, const math::Pose& X_BH,
                                  const Vector6d& V_BH, const HandTarget& target) {
-  const Eigen::Vector3d position_error = Saturated(target.X_BH.p - X_BH.p, gains.max_position_error);
-  const Eigen::Matrix3d R_error = target.X_BH.R * X_BH.R.transpose();
-  const Eigen::Vector3d rotation_error = Saturated(math::LogSO3(R_error), gains.max_rotation_error);
+  const Vector6d error = math::PoseError(X_BH, target.X_BH);
+  const Eigen::Vector3d position_error = Saturated(error.head<3>(), gains.max_position_error);
+  const Eigen::Vector3d rotation_error = Saturated(error.tail<3>(), gains.max_rotation_error);
   Vector6d a = target.A_BH;
   a.head<3>() +=
       gains.position * position_error + gains.position_damping * (target.V_BH.head<3>() - V_BH.head<3>());

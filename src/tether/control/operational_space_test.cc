@@ -246,9 +246,10 @@ TEST(OperationalSpaceGains, NamesEveryWrongField) {
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().size(), 3u);
-    EXPECT_THAT(error.what(), testing::HasSubstr("gain 'position' is 0"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("gain 'posture_damping' is -1"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("a finite number above 0"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("'position' of the operational-space controller is 0"));
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("'posture_damping' of the operational-space controller is -1"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("a finite number above zero"));
   }
 }
 

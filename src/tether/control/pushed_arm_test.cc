@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/control/torque_arm.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
 
@@ -73,6 +74,78 @@ TEST(PushedArm, NoJointIsPushedBeyondItsLimit) {
     q[joint] = model->upper()[joint] - 0.06;
     push[joint] = joint < 4 ? 20 : 5;
     EXPECT_LE(Push(q, push).beyond, 0) << "joint " << joint + 1;
+  }
+}
+
+/// The least distance of an arm that is pushed from a table beneath it, m. `down`: the hand is led towards it
+/// meanwhile, m/s.
+double PushAbove(double gap, double down, const VectorXd& q, const VectorXd& push) {
+  TorqueArm arm;
+  arm.Put(q, VectorXd::Zero(7));
+  const std::vector<Solid> table{
+      {"table", geometry::Shape(geometry::Primitive(geometry::Box{{3, 3, 0.1}})), false}};
+  std::vector<MovingPose> poses(1);
+  ArmBodies bodies(arm.model, table);
+  robot::Kinematics kinematics(arm.model);
+  const auto distance = [&] {
+    kinematics.Set(arm.q);
+    bodies.PlaceArm(kinematics, 0.04);
+    bodies.Place(0, poses[0]);
+    return LeastDistance(bodies, 0);
+  };
+  // In front of the base.
+  poses[0].X.p = {1.7, 0, arm.state.X_BH().p.z() - 0.2};
+  poses[0].X.p.z() += distance() - gap;
+  ConstrainedTorque controller(arm.model, {}, table, {KeepClear(*arm.model, {0}, 0)}, {}, {});
+  TorqueLimiter limiter(arm.model, {});
+  HandTarget target;
+  target.X_BH = arm.state.X_BH();
+  double least = 1e9;
+  for (int tick = 0; tick < 1400; ++tick) {
+    const double t = 0.001 * (tick - 600);
+    const double share = t < 0 || t > 0.3 ? 0 : std::min({1.0, t / 0.05, (0.3 - t) / 0.05});
+    const VectorXd external = share * push;
+    // The reference waits for the hand.
+    if (down > 0 && tick > 300 && arm.state.X_BH().p.z() - target.X_BH.p.z() < 0.02)
+      target.X_BH.p.z() -= 0.001 * down;
+    const VectorXd& wanted = controller.Compute({arm.state, 0.04, poses, &external}, {&target, nullptr, &q});
+    const VectorXd torque = limiter.Limit(arm.state, wanted, nullptr, &controller.felt());
+    controller.SetLast(torque);
+    arm.Step(torque, external);
+    least = std::min(least, distance());
+  }
+  EXPECT_GT(arm.rate_room, -1e-6);
+  arm.rate_room = 0;
+  EXPECT_EQ(arm.Exceeded(false), "");
+  return least;
+}
+
+// Pushed 2 to 4 cm above a table, the hand hit it: bounds of joints were asked to hold against the push and
+// not to, at once.
+TEST(PushedArm, TheHandDoesNotReachTheTableBeneathIt) {
+  VectorXd q(7), push(7);
+  q << 0.3, 0.4, 0.1, -2.0, 0.1, 2.4, 0.8;
+  for (const double sign : {1.0, -1.0}) {
+    for (const double down : {0.0, 0.15}) {
+      push << 17, 5, -18, -10, 0, 0, 0;
+      EXPECT_GT(PushAbove(0.03, down, q, sign * push), 0) << down;
+      push << 4, 3, -16, -2, 0, 0, 0;
+      EXPECT_GT(PushAbove(0.02, down, q, sign * push), 0) << down;
+      push << 20, 20, 20, 20, 0, 0, 0;
+      EXPECT_GT(PushAbove(0.04, down, q, sign * push), 0) << down;
+    }
+  }
+}
+
+// The same for pushes on the wrist.
+TEST(PushedArm, APushedWristDoesNotReachTheTableBeneathIt) {
+  VectorXd q(7), push(7);
+  q << -0.8, 0.2, -0.2, -2.3, -0.1, 2.5, 0.4;
+  for (const double sign : {1.0, -1.0}) {
+    push << 0, 0, 0, 0, 5, 5, -5;
+    EXPECT_GT(PushAbove(0.015, 0.1, q, sign * push), 0);
+    push << 0, 0, 0, 0, -3, 5, 2;
+    EXPECT_GT(PushAbove(0.015, 0, q, sign * push), 0);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/control/sign_changes.h"
 #include "tether/constraints/core/field_function.h"
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/objective.h"
@@ -63,6 +64,29 @@ TEST_P(VelocityLimitsTest, JointsStayWithinTheirSpeedWhateverTheServoOvershoots)
     }
   }
   EXPECT_GT(fastest, 0.6) << "nothing had to be fast";
+}
+
+// A wall in front of the hand, beyond which it is to go: it stands still, no joint goes to and fro.
+TEST_P(VelocityLimitsTest, StandsStillAtAnObstacle) {
+  const auto model = robot::Model::Load(GetParam());
+  ClearanceConstraint clearance{"clearance", {}, true, {0}, 0.01, 0};
+  for (int body = 0; body <= model->solids().hand(); ++body) clearance.of.push_back(body);
+  const std::vector<Solid> solids = {{"wall", geometry::Primitive(geometry::Box{{0.04, 1.0, 1.0}}), false}};
+  ConstrainedVelocity controller(model, Pose(), solids, {clearance}, {}, {});
+  ServoedArm arm(*model);
+  robot::Kinematics kinematics(model);
+  kinematics.Set(arm.q);
+  const Pose X_BH = kinematics.X_BH();
+  const std::vector<MovingPose> poses = {{Pose(Vector3d(X_BH.p.x() + 0.15, X_BH.p.y(), 0.5))}};
+  Goal goal;
+  goal.functions = MakeObjective(Objective::kPose, Pose(X_BH.R, X_BH.p + Vector3d(0.4, 0, 0)));
+  SignChanges changes(model->dof());
+  for (int tick = 0; tick < 2400; ++tick) {
+    arm.Follow(controller.Compute({arm.q, 0.04, poses, &arm.v}, &goal), 0.005);
+    if (tick > 400) changes.Observe(0.005 * tick, arm.v);
+  }
+  EXPECT_EQ(changes.count(), 0);
+  EXPECT_LT(arm.v.norm(), 5e-3);
 }
 
 class Broken final : public constraints::PoseFunction {

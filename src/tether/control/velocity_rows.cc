@@ -20,14 +20,6 @@ constexpr double kDust = 1e-12;
 
 }  // namespace
 
-double* ConstrainedVelocity::Impl::NewRow(const Row& row) {
-  const auto index = static_cast<size_t>(num_rows++);
-  rows[index] = row;
-  double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
-  std::fill(jacobian, jacobian + n, 0.0);
-  return jacobian;
-}
-
 void ConstrainedVelocity::Impl::AddPairRows() {
   for (const ClearancePair& pair : pairs) {
     if (pair.allowed || !IsPresent(bodies, n, pair)) continue;
@@ -80,23 +72,23 @@ double ConstrainedVelocity::Impl::Drift(const Eigen::MatrixXd& J, int r, const P
          (X_BT.R * J.block<1, 3>(r, 3).transpose()).dot(V_BT.tail<3>());
 }
 
-void ConstrainedVelocity::Impl::AddFieldRows(Field& field, int constraint) {
-  const FieldConstraint& spec = field.spec;
-  Frame frame = spec.frame;
+void ConstrainedVelocity::Impl::AddFieldRows(const FieldConstraint& field, int constraint,
+                                             FieldValue* value) {
+  Frame frame = field.frame;
   if (frame.object != -1) {
     if (bodies.held() < 0 || (frame.object != kHeld && frame.object != bodies.held())) return;
     frame.object = bodies.held();
   }
   math::Vector6d V_BT;
-  const std::array<Pose, 2> X{FramePose(spec.target, true, &V_BT), FramePose(frame, false, nullptr)};
-  nlp::JacobianRef J(field.J);
-  spec.function->Evaluate(X, field.r, &J);
+  const std::array<Pose, 2> X{FramePose(field.target, true, &V_BT), FramePose(frame, false, nullptr)};
+  nlp::JacobianRef J(value->J);
+  field.function->Evaluate(X, value->r, &J);
   const double buffer =
-      spec.buffer.value_or(spec.function->unit() == Unit::kMetre ? options.buffer : options.angle_buffer);
-  for (int r = 0; r < field.r.size(); ++r) {
+      field.buffer.value_or(field.function->unit() == Unit::kMetre ? options.buffer : options.angle_buffer);
+  for (int r = 0; r < value->r.size(); ++r) {
     double* row = NewRow(
-        {constraint, -field.r[r] - buffer, -Drift(field.J, r, X[0], V_BT), buffer, spec.priority, -1, -1});
-    Chain(field.J, r, X[1], n, row);
+        {constraint, -value->r[r] - buffer, -Drift(value->J, r, X[0], V_BT), buffer, field.priority, -1, -1});
+    Chain(value->J, r, X[1], n, row);
     for (int i = 0; i < n; ++i) row[i] = -row[i];
   }
 }
@@ -106,7 +98,7 @@ void ConstrainedVelocity::Impl::AddGoal(const Goal& goal) {
   const std::array<Pose, 2> X{FramePose(goal.target, true, &V_BT), FramePose(goal.frame, false, nullptr)};
   for (const constraints::PoseFunctionPtr& function : goal.functions) {
     const int size = function->size();
-    assert(size <= kMaxFunctionRows);
+    assert(size <= kMostFunctionRows);
     nlp::JacobianRef J(goal_J.topRows(size));
     function->Evaluate(X, goal_r.head(size), &J);
     const bool metres = function->unit() == Unit::kMetre;
@@ -144,23 +136,23 @@ double ConstrainedVelocity::Impl::ExtraViolation(Unit unit) const {
   double most = 0;
   const int first = first_field + static_cast<int>(fixed_fields);
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    const Row& row = rows[r];
     if (row.constraint < first || row.priority > 0) continue;
-    const Field& field = fields[static_cast<size_t>(row.constraint - first_field)];
-    if (field.spec.function->unit() == unit) most = std::max(most, -(row.value + row.buffer));
+    if (fields[row.constraint - first_field].function->unit() == unit)
+      most = std::max(most, -(row.value + row.buffer));
   }
   return most;
 }
 
 void ConstrainedVelocity::Impl::ClearDust() {
-  const size_t size = static_cast<size_t>(num_rows) * static_cast<size_t>(n);
+  const size_t size = num_rows * n;
   double sum = 0;  // not finite if one of its terms isn't
   for (size_t i = 0; i < size; ++i) {
     if (std::abs(jacobians[i]) < kDust) jacobians[i] = 0;
     sum += 0 * jacobians[i];
   }
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    const Row& row = rows[r];
     sum += 0 * (row.value + row.drift);
   }
   rows_finite = sum == 0;
@@ -169,7 +161,7 @@ void ConstrainedVelocity::Impl::ClearDust() {
 void ConstrainedVelocity::Impl::FindViolation() {
   most_speed = std::numeric_limits<double>::infinity();
   for (int r = 0; r < num_rows; ++r) {
-    const Row& row = rows[static_cast<size_t>(r)];
+    const Row& row = rows[r];
     if (row.value >= -row.buffer - kRounding) continue;
     if (row.priority == 0) most_speed = options.escape_speed;
     if (flags.worst >= 0 && -row.value <= flags.violation) continue;

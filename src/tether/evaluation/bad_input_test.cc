@@ -22,6 +22,7 @@ namespace tether::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
@@ -69,6 +70,41 @@ TEST_F(BadInputTest, NegativeCapacitySegfault) {
               HasSubstr("'dwell' of region 'person_1' is negative"));
   EXPECT_THAT(ErrorOf(Replaced(scene, "disc: 0.06", "disc: -0.06")),
               HasSubstr("'disc' of region 'person_1' is '-0.06'"));
+}
+
+// What no controller can keep is said before a run.
+TEST_F(BadInputTest, LimitsThatCannotBeKept) {
+  const std::string scene =
+      Replaced(Text("scenarios/workspace_reach.yaml"), "domain: workspace_reach/",
+               "domain: " + std::string(TETHER_SOURCE_DIR) + "/scenarios/workspace_reach/");
+  const std::string whole =
+      Replaced(scene, "problem: workspace_reach/",
+               "problem: " + std::string(TETHER_SOURCE_DIR) + "/scenarios/workspace_reach/");
+  EXPECT_EQ(ErrorOf(whole), "");
+  // A start beyond a limit.
+  EXPECT_THAT(ErrorOf(Replaced(whole, "-2.6180, 0, 2.0944", "-0.01, 0, 2.0944")),
+              AllOf(HasSubstr("s.yaml:"), HasSubstr("has -0.01 for joint4, beyond the joint's limits")));
+  // Limits that contradict each other.
+  const auto with = [&](const std::string& constraint) {
+    return ErrorOf(Replaced(whole,
+                            "constraints:                          # hold at every key pose; `moved` is what "
+                            "the hand moves there\n",
+                            "constraints:\n- " + constraint + "\n"));
+  };
+  EXPECT_EQ(with("joint_limits: {margin: 0.1}"), "");
+  EXPECT_THAT(with("joint_limits: {margin: 1.6}"),
+              HasSubstr("leaves joint4 of 'panda' no room between its limits"));
+  EXPECT_THAT(with("tilt: {frame: hand, from: z, max: 4}"), HasSubstr("allows any direction"));
+  EXPECT_THAT(with("clearance: {of: [links], to: [table], distance: -0.01}"), HasSubstr("'distance' of"));
+  // Constraints on frames that there are not, or that the arm does not carry.
+  EXPECT_THAT(with("tilt: {frame: hnd, from: z, max: 0.3}"),
+              AllOf(HasSubstr("'hnd', which the arm does not carry"), HasSubstr("did you mean 'hand'?")));
+  EXPECT_THAT(with("tilt: {frame: table, from: z, max: 0.3}"), HasSubstr("'table'"));
+  EXPECT_THAT(with("clearance: {of: [links], to: [tabel], distance: 0.01}"),
+              AllOf(HasSubstr("names 'tabel' in 'to'"), HasSubstr("did you mean 'table'?")));
+  EXPECT_THAT(
+      with("outside: {frame: hand, cylinder: 0.1, around: shlf}"),
+      AllOf(HasSubstr("names 'shlf', which is not in the scene"), HasSubstr("did you mean 'shelf'?")));
 }
 
 TEST_F(BadInputTest, LargeCapacityHang) {

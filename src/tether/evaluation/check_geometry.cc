@@ -8,6 +8,7 @@
 #include "tether/evaluation/check.h"
 #include "tether/geometry/box_tree.h"
 #include "tether/geometry/distance/distance.h"
+#include "tether/math/infinity.h"
 #include "tether/scene/region.h"
 #include "tether/scene/resting_contact.h"
 
@@ -77,7 +78,7 @@ class GeometryCheck {
   geometry::Aabb Below(size_t i) const {
     const scene::Object& object = scene_.objects[i];
     const Eigen::Vector3d centre = poses_.at(object.name) * geometry::CentreOfMass(object.shape);
-    return {{centre.x(), centre.y(), -1e300}, centre};
+    return {{centre.x(), centre.y(), -math::kInfinity}, centre};
   }
 
   bool IsCarried(size_t i) const {
@@ -129,12 +130,12 @@ class GeometryCheck {
     const symbolic::Problem& problem = *scenario_.problem;
     CheckRegions();
     const int on = problem.domain->FindPredicate("on");
-    if (on < 0 || problem.domain->predicates[static_cast<size_t>(on)].parameters.size() != 2) return;
+    if (on < 0 || problem.domain->predicates[on].parameters.size() != 2) return;
     std::set<std::pair<std::string, std::string>> stated;
     for (const symbolic::Fact& fact : problem.init) {
       if (fact.predicate != on) continue;
-      const std::string& upper = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
-      const std::string& lower = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
+      const std::string& upper = problem.objects[fact.arguments[0]].name;
+      const std::string& lower = problem.objects[fact.arguments[1]].name;
       stated.emplace(upper, lower);
       const scene::Object *a = Find(upper), *b = Find(lower);
       if (a != nullptr && b != nullptr) CheckFact(*a, *b, fact.where);
@@ -152,11 +153,11 @@ class GeometryCheck {
   void CheckRegions() {
     const symbolic::Problem& problem = *scenario_.problem;
     const int in = problem.domain->FindPredicate("in");
-    if (in < 0 || problem.domain->predicates[static_cast<size_t>(in)].parameters.size() != 2) return;
+    if (in < 0 || problem.domain->predicates[in].parameters.size() != 2) return;
     for (const symbolic::Fact& fact : problem.init) {
       if (fact.predicate != in) continue;
-      const std::string& name = problem.objects[static_cast<size_t>(fact.arguments[0])].name;
-      const std::string& area = problem.objects[static_cast<size_t>(fact.arguments[1])].name;
+      const std::string& name = problem.objects[fact.arguments[0]].name;
+      const std::string& area = problem.objects[fact.arguments[1]].name;
       const scene::Object* object = Find(name);
       const bool is_area = scene_.FindRegion(area) != nullptr || scene_.groups.contains(area);
       if (object == nullptr || !is_area || scene::IsIn(scene_, poses_, *object, area)) continue;
@@ -184,7 +185,7 @@ class GeometryCheck {
   /// Whether the types of the predicate allow (on a b).
   bool CanBeOn(int on, const std::string& a, const std::string& b) const {
     const symbolic::Problem& problem = *scenario_.problem;
-    const auto& parameters = problem.domain->predicates[static_cast<size_t>(on)].parameters;
+    const auto& parameters = problem.domain->predicates[on].parameters;
     const auto upper = pddl_objects_.find(a), lower = pddl_objects_.find(b);
     return upper != pddl_objects_.end() && lower != pddl_objects_.end() &&
            problem.domain->Fits(upper->second->types, parameters[0].types) &&

@@ -117,9 +117,8 @@ TEST(GenerateTest, ReachScenesHaveTheBoxBeyondReachInThreeOfFour) {
     const symbolic::Problem& problem = *scenario.problem;
     bool stated = false;
     for (const symbolic::Fact& fact : problem.init) {
-      stated =
-          stated || (problem.domain->predicates[static_cast<size_t>(fact.predicate)].name == "inworkspace" &&
-                     problem.objects[static_cast<size_t>(fact.arguments[0])].name == "box");
+      stated = stated || (problem.domain->predicates[fact.predicate].name == "inworkspace" &&
+                          problem.objects[fact.arguments[0]].name == "box");
     }
     EXPECT_EQ(far, !stated) << "seed " << seed;
     EXPECT_EQ(scenario.task.max_actions, far ? 5 : 2);

@@ -61,7 +61,7 @@ class Evaluator {
 
  private:
   int Resolve(const symbolic::Term& term) const {
-    return term.is_variable ? binding_[static_cast<size_t>(term.index)] : term.index;
+    return term.is_variable ? binding_[term.index] : term.index;
   }
 
   void Quantify(const symbolic::Formula& formula, size_t variable, bool& all, bool& any) {
@@ -127,7 +127,7 @@ symbolic::State StateAfter(const symbolic::Task& task, const std::vector<std::st
                            int actions_done) {
   symbolic::State state = task.initial_state();
   for (int i = 0; i < actions_done && i < static_cast<int>(actions.size()); ++i) {
-    const ActionId action = task.FindAction(actions[static_cast<size_t>(i)]);
+    const ActionId action = task.FindAction(actions[i]);
     if (action.valid() && task.IsApplicable(action, state)) state = task.Apply(action, state);
   }
   return state;
@@ -137,13 +137,12 @@ GoalFact JudgeAtom(const scene::Scene& scene, const Truth& truth, const symbolic
                    const symbolic::Atom& atom, const symbolic::State& state) {
   GoalFact fact;
   fact.atom = task.AtomName(atom);
-  const std::string& predicate = task.domain().predicates[static_cast<size_t>(atom.predicate)].name;
+  const std::string& predicate = task.domain().predicates[atom.predicate].name;
   std::vector<std::string> names;
-  for (int argument : atom.arguments)
-    names.push_back(task.problem().objects[static_cast<size_t>(argument)].name);
+  for (int argument : atom.arguments) names.push_back(task.problem().objects[argument].name);
   using execution::Observable;
   const Observable observable = execution::FindObservable(scene, predicate, names);
-  fact.geometric = observable != Observable::kNone;
+  fact.geometric = observable != Observable::kNothing;
   switch (observable) {
     case Observable::kOn:
       fact.holds = IsOn(scene, truth, names[0], names[1]);
@@ -154,7 +153,7 @@ GoalFact JudgeAtom(const scene::Scene& scene, const Truth& truth, const symbolic
     case Observable::kInHand:
       fact.holds = IsInHand(scene, truth, names[0]);
       break;
-    case Observable::kNone:
+    case Observable::kNothing:
       fact.holds = task.Holds(atom, state);
   }
   return fact;
@@ -221,7 +220,7 @@ TemporalJudge::TemporalJudge(const scene::Scene& scene, const symbolic::Task& ta
 }
 
 GoalFact TemporalJudge::JudgeNumber(int atom, const Truth& truth) const {
-  return JudgeAtom(scene_, truth, task_, task_.atoms()[static_cast<size_t>(atom)], symbolic_);
+  return JudgeAtom(scene_, truth, task_, task_.atoms()[atom], symbolic_);
 }
 
 void TemporalJudge::Step(Part& part, const Values& holds) {
@@ -284,8 +283,7 @@ Judgement TemporalJudge::Judge(const Truth& truth) const {
       bounded_.automaton.IsAccepting(bounded_.state) && sampled_.automaton.IsAccepting(sampled_.state);
   for (const int atom : atoms_) {
     GoalFact fact = JudgeNumber(atom, truth);
-    fact.lapsed = !fact.holds && held_.contains(atom) &&
-                  task_.Holds(task_.atoms()[static_cast<size_t>(atom)], symbolic_);
+    fact.lapsed = !fact.holds && held_.contains(atom) && task_.Holds(task_.atoms()[atom], symbolic_);
     judgement.facts.push_back(fact);
   }
   return judgement;

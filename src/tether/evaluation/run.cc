@@ -10,16 +10,18 @@
 #include <thread>
 
 #include "tether/common/log.h"
-#include "tether/common/output/output_header.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/log/run_recorder.h"
+#include "tether/evaluation/loop/disturber.h"
 #include "tether/evaluation/loop/replanning.h"
 #include "tether/evaluation/margins/run_margins.h"
 #include "tether/execution/sequencer/executive.h"
 #include "tether/execution/sequencer/velocity_executive.h"
 #include "tether/execution/servo/torque_servo.h"
-#include "tether/planning/plan/plan_file.h"
+#include "tether/planning/modes/region_domain.h"
 #include "tether/robot/kinematics.h"
+#include "tether/sim/fault_model.h"
 #include "tether/sim/renderer.h"
 #include "tether/sim/sensor_model.h"
 #include "tether/sim/world.h"
@@ -36,18 +38,18 @@ class Run {
   Run(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
       const planning::Plan& plan, const RunOptions& options)
       : scenario_(scenario),
-        scene_(scene),
-        task_(task),
+        scene_(SceneOfRun(scenario, scene)),
+        task_(&task),
         options_(options),
         period_(1.0 / scenario.execution.rate),
-        world_(scene, scenario.models),
-        runner_(MakeRunner(scenario, scene, task, plan, options)),
-        margins_(scenario, scene, *runner_, period_),
-        sensors_(scenario.sensing, scene, scenario.models, options.seed),
+        world_(scene_, scenario.models),
+        runner_(MakeRunner(scenario, scene_, task, plan, options)),
+        margins_(scenario, scene_, *runner_, period_),
+        sensors_(scenario.sensing, scene_, scenario.models, options.seed),
         cost_(plan.cost),
-        done_(options.events.size(), false) {
+        disturber_(scene_, options.events, options.seed, world_) {
     const auto& goal = options.goal ? options.goal : scenario.goal;
-    if (goal) temporal_judge_.emplace(scene, task, *goal);
+    if (goal) temporal_judge_.emplace(scene_, task, *goal);
     if (!options_.snapshots.empty()) {
       std::filesystem::create_directories(options_.snapshots);
       renderer_ = std::make_unique<sim::Renderer>(world_, 960, 540);
@@ -79,6 +81,7 @@ class Run {
     report_.steps = runner_->records();
     report_.retries = runner_->retries();
     report_.replans = runner_->replans();
+    report_.plannings = runner_->plannings();
     report_.margins = margins_.margins();
     report_.forces = margins_.forces();
     if (recorder_ != nullptr)
@@ -109,6 +112,11 @@ class Run {
   }
 
  private:
+  /// In the domain of regions, what has come to lie in none of them is at its spot.
+  static scene::Scene SceneOfRun(const scenario::Scenario& scenario, const scene::Scene& scene) {
+    return scenario.problem != nullptr && scenario.task.domain.empty() ? planning::WithSpots(scene) : scene;
+  }
+
   /// Other actions, for where plans are not made anew. The task outlives the run.
   static execution::Alternative MakeAlternative(const scenario::Scenario& scenario,
                                                 const symbolic::Task& task, const RunOptions& options) {
@@ -120,12 +128,14 @@ class Run {
     };
   }
 
-  /// Nothing for temporal goals.
   static execution::ReplanningOptions MakeReplanning(const scenario::Scenario& scenario,
                                                      const scene::Scene& scene, const symbolic::Task& task,
                                                      const RunOptions& options) {
     execution::ReplanningOptions replanning;
-    if (!options.replan || options.goal || scenario.goal || scenario.problem == nullptr) return replanning;
+    if (!options.replan || scenario.problem == nullptr) return replanning;
+    replanning.goal = options.goal ? options.goal : scenario.goal;
+    replanning.latency = scenario.planning.latency;
+    replanning.waits = !options.realtime;
     replanning.plan_anew = MakePlanAnew(scenario, scene, options.stop);
     // The task outlives the run.
     replanning.task = std::shared_ptr<const symbolic::Task>(&task, [](const symbolic::Task*) {});
@@ -143,12 +153,13 @@ class Run {
     options.servo.constraints = scenario.control_constraints;
     options.servo.max_force = settings.max_force;
     options.servo.max_force_where = settings.max_force_where;
+    options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
     return options;
   }
 
   void Loop(Clock::time_point begin) {
     while (runner_->running()) {
-      if (options_.stop != nullptr && options_.stop->load()) {
+      if (IsStopped(options_.stop)) {
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
         return;
@@ -181,17 +192,20 @@ class Run {
 
   void Settle(Clock::time_point begin) {
     const double end = world_.time() + options_.settle_s;
-    while (world_.time() < end && !(options_.stop != nullptr && options_.stop->load())) Tick(begin);
+    while (world_.time() < end && !IsStopped(options_.stop)) Tick(begin);
   }
 
   void Tick(Clock::time_point begin) {
     world_.Truth(&truth_);
     history_.Add(world_.time(), truth_.X_WO);
     world_.Observe(&observations_);
-    const bool exact = sensors_.exact();
-    if (!exact) sensors_.Sense(truth_, observations_, &estimate_, &sensed_);
+    const scene::WorldEstimate& visible = Visible();
+    const bool faulty = faults_.active(world_.time());
+    const bool exact = sensors_.exact() && !faulty;
+    if (!exact) sensors_.Sense(visible, observations_, &estimate_, &sensed_);
+    if (faulty) faults_.Distort(world_.time(), &estimate_, &sensed_);
     const robot::Commands& commands =
-        exact ? runner_->Step(truth_, observations_) : runner_->Step(estimate_, sensed_);
+        exact ? runner_->Step(visible, observations_) : runner_->Step(estimate_, sensed_);
     if (runner_->running()) {
       margins_.Observe(world_, truth_, observations_, commands, *runner_);
     }
@@ -200,13 +214,27 @@ class Run {
                             runner_->running());
     }
     TakeEvents();
-    Disturb();
+    Disturb(exact ? visible : estimate_, exact ? observations_ : sensed_, commands);
     Log(&commands);
-    world_.Apply(commands, period_);
+    Apply(commands);
     if (options_.realtime) {
       std::this_thread::sleep_until(
           begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(world_.time())));
     }
+  }
+
+  void Apply(const robot::Commands& commands) {
+    if (!faults_.active(world_.time())) return world_.Apply(commands, period_);
+    distorted_ = commands;
+    faults_.Distort(world_.time(), &distorted_);
+    world_.Apply(distorted_, period_);
+  }
+
+  const scene::WorldEstimate& Visible() {
+    if (disturber_.removed().empty()) return truth_;
+    visible_ = truth_;
+    for (const std::string& object : disturber_.removed()) visible_.X_WO.erase(object);
+    return visible_;
   }
 
   /// Hands the recorder what this tick is.
@@ -217,10 +245,10 @@ class Run {
 
   /// Records what the executive did in this tick.
   void TakeEvents() {
-    started_.clear();
     for (; seen_ < runner_->events().size(); ++seen_) {
       const execution::Event event = runner_->events()[seen_];
-      if (event.kind == execution::EventKind::kActionStarted) started_.push_back(event.text);
+      if (event.kind == execution::EventKind::kActionStarted) moment_.started.push_back(event.text);
+      if (event.kind == execution::EventKind::kStepStarted) moment_.steps.push_back(event.step);
       Record(event.time, std::string(execution::ToString(event.kind)), event.step, event.text);
       if (event.kind == execution::EventKind::kStalled) LogContacts();
       if (event.kind == execution::EventKind::kStepStarted ||
@@ -228,37 +256,43 @@ class Run {
         LogPoses();
       if (event.kind == execution::EventKind::kStepFinished) {
         const auto& steps = runner_->plan().steps;
-        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[static_cast<size_t>(event.step)].action
-                                                             : "step");
+        Snapshot(event.step < static_cast<int>(steps.size()) ? steps[event.step].action : "step");
       }
     }
   }
 
-  void Disturb() {
-    for (size_t i = 0; i < options_.events.size(); ++i) {
-      const scenario::Event& event = options_.events[i];
-      const bool starts = std::find(started_.begin(), started_.end(), event.starts) != started_.end();
-      const bool now = event.starts.empty() ? world_.time() >= event.time : starts;
-      if (done_[i] || !now) continue;
-      done_[i] = true;
-      Record(world_.time(), "disturbance", runner_->step(), event.Describe());
-      if (!event.robot.empty()) {
-        world_.PushArm(event.robot, event.torques, event.over);
-      } else {
-        world_.MoveObject(event.object, Goal(event), event.over, event.steady);
-      }
+  void Disturb(const scene::WorldEstimate& estimate, const robot::Observations& seen,
+               const robot::Commands& commands) {
+    const int done = ActionsDone();
+    for (; ended_ < done && ended_ < static_cast<int>(runner_->plan().actions.size()); ++ended_)
+      moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
+    for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
+      Record(world_.time(), "disturbance", runner_->step(), event->Describe());
+      if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
+      if (const auto* fault = std::get_if<robot::Fault>(&event->other))
+        faults_.Start(*fault, world_.time(), estimate, seen, commands);
+    }
+    moment_ = {};
+  }
+
+  void ChangeGoal(const scenario::NewGoal& goal) {
+    if (!runner_->ChangeGoal({goal.pddl, goal.temporal})) {
+      Record(world_.time(), "never_happened", runner_->step(), "nothing plans for another goal in this run");
+      return;
+    }
+    temporal_judge_.reset();
+    if (goal.temporal) {
+      temporal_judge_.emplace(scene_, *task_, *goal.temporal);
+    } else {
+      own_task_ = symbolic::Task::Ground(symbolic::WithGoal(task_->problem(), goal.pddl, {}));
+      task_ = own_task_.get();
     }
   }
 
   /// Events that never started are reported: the run did not test what it should.
   void NameMissedEvents() {
-    for (size_t i = 0; i < options_.events.size(); ++i) {
-      if (done_[i]) continue;
-      const scenario::Event& event = options_.events[i];
-      const std::string why = event.starts.empty() ? "the run ended before " + Fixed(event.time, 2) + " s"
-                                                   : "'" + event.starts + "' never started";
-      Record(world_.time(), "never_happened", runner_->step(), event.Describe() + ": " + why);
-    }
+    for (const std::string& missed : disturber_.Missed())
+      Record(world_.time(), "never_happened", runner_->step(), missed);
   }
 
   /// What touches what, for --verbose: why a motion may have stopped.
@@ -288,16 +322,6 @@ class Run {
     }
   }
 
-  math::Pose Goal(const scenario::Event& event) const {
-    if (!event.has_goal) {
-      const math::Pose& X = truth_.X_WO.at(event.object);
-      return {event.X_by.R * X.R, event.X_by.p + X.p};
-    }
-    const auto parent = truth_.X_WO.find(event.parent);
-    return (parent != truth_.X_WO.end() ? parent->second : scene_.InitialPose(event.parent)) *
-           event.X_ParentGoal;
-  }
-
   void Record(double time, const std::string& kind, int step, const std::string& text) {
     report_.events.push_back({time, kind, step, text});
     if (recorder_ != nullptr) recorder_->Event(time, kind, step, text, runner_->plan());
@@ -325,7 +349,7 @@ class Run {
     const auto& steps = runner_->plan().steps;
     const int step = runner_->step();
     return step >= static_cast<int>(steps.size()) ? static_cast<int>(runner_->plan().actions.size())
-                                                  : steps[static_cast<size_t>(step)].action_index;
+                                                  : steps[step].action_index;
   }
 
   Truth MakeTruth() const {
@@ -350,15 +374,27 @@ class Run {
     if (temporal_judge_) {
       report_.judgement = temporal_judge_->Judge(truth);
     } else {
-      report_.judgement = JudgeGoal(scene_, truth, task_, runner_->plan().actions, ActionsDone());
+      report_.judgement = JudgeGoal(scene_, truth, *task_, runner_->plan().actions, ActionsDone());
     }
     if (report_.status != RunStatus::kNotCalled) return;
     report_.status = report_.judgement.goal_reached ? RunStatus::kSuccess : RunStatus::kGoalMissed;
+    if (report_.judgement.goal_reached || !report_.reason.empty()) return;
+    for (const RunEvent& event : report_.events) {
+      if (event.kind == "goal_broken") report_.reason += (report_.reason.empty() ? "" : ", ") + event.text;
+    }
+    if (!report_.reason.empty()) {
+      report_.reason += " can't become true any more";
+      return;
+    }
+    for (const GoalFact& fact : report_.judgement.facts)
+      report_.reason += (report_.reason.empty() ? "the goal does not hold: " : ", ") + fact.atom +
+                        (fact.holds ? " is true" : " is false");
   }
 
   const scenario::Scenario& scenario_;
-  const scene::Scene& scene_;
-  const symbolic::Task& task_;
+  const scene::Scene scene_;
+  const symbolic::Task* task_;
+  std::shared_ptr<const symbolic::Task> own_task_;  ///< Null until the goal becomes another.
   const RunOptions& options_;
   double period_;
   sim::World world_;
@@ -372,33 +408,19 @@ class Run {
   robot::Observations observations_;
   scene::WorldEstimate estimate_;  ///< What sensors give of the truth, where they are not exact.
   robot::Observations sensed_;
+  sim::FaultModel faults_;
+  robot::Commands distorted_;
   PoseHistory history_;  ///< From which the judge tells rest.
   size_t seen_ = 0;
-  std::vector<std::string> started_;  ///< Actions that started in this tick.
-  std::vector<bool> done_;            ///< Per disturbance.
+  Disturber disturber_;
+  Disturber::Moment moment_;      ///< What has begun and ended in this tick.
+  int ended_ = 0;                 ///< Actions of the plan that have.
+  scene::WorldEstimate visible_;  ///< The truth without objects that are not there.
   RunReport report_;
   std::unique_ptr<RunRecorder> recorder_;  ///< Null: no log.
 };
 
 }  // namespace
-
-std::string ToString(RunStatus status) {
-  switch (status) {
-    case RunStatus::kNotCalled:
-      return "not_called";
-    case RunStatus::kSuccess:
-      return "success";
-    case RunStatus::kGoalMissed:
-      return "goal_missed";
-    case RunStatus::kFailed:
-      return "failed";
-    case RunStatus::kTimeout:
-      return "timeout";
-    case RunStatus::kInterrupted:
-      return "interrupted";
-  }
-  return "not_called";
-}
 
 void RequireRunnable(const scenario::Scenario& scenario, const symbolic::Task& task,
                      const planning::Plan& plan) {
@@ -409,13 +431,14 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
   const scenario::ExecutionSettings& settings = scenario.execution;
   execution::VelocityExecutiveOptions options;
   options.period = 1.0 / settings.rate;
+  options.faults.pose_silence = execution::PoseSilence(scenario.sensing);
   options.constraints = scenario.control_constraints;
+  options.max_force = settings.max_force;
   if (settings.controller != scenario::Controller::kConstrainedVelocity) {
     control::OperationalSpaceGains& gains = options.torque.gains;
     if (settings.gain) gains.position = gains.rotation = *settings.gain;
     if (settings.damping) gains.position_damping = gains.rotation_damping = *settings.damping;
     options.constraints = execution::TorqueConstraints(options.constraints, scenario.scene);
-    options.max_force = settings.max_force;
     return options;
   }
   if (settings.gain) options.controller.gain = *settings.gain;
@@ -426,55 +449,6 @@ execution::VelocityExecutiveOptions MakeVelocityOptions(const scenario::Scenario
 RunReport RunPlan(const scenario::Scenario& scenario, const scene::Scene& scene, const symbolic::Task& task,
                   const planning::Plan& plan, const RunOptions& options) {
   return Run(scenario, scene, task, plan, options).Execute();
-}
-
-Value WriteRunReport(const RunReport& report, const std::string& scenario, uint64_t seed) {
-  Value actions = Value::Array(), steps = Value::Array(), events = Value::Array(), facts = Value::Array();
-  for (const std::string& action : report.plan.actions) actions.Append(action);
-  for (size_t i = 0; i < report.steps.size() && i < report.plan.steps.size(); ++i) {
-    const execution::StepRecord& record = report.steps[i];
-    planning::PlanStep executed = report.plan.steps[i];
-    executed.X_TC = record.X_TC.value_or(executed.X_TC);
-    Value step = planning::WriteStep(executed, false);
-    step.Set("start_s", record.start).Set("end_s", record.end).Set("attempts", record.attempts);
-    step.Set("position_error_m", record.position_error).Set("rotation_error_rad", record.rotation_error);
-    steps.Append(step);
-  }
-  for (const RunEvent& event : report.events) {
-    events.Append(Value::Object()
-                      .Set("time_s", event.time)
-                      .Set("kind", event.kind)
-                      .Set("step", event.step)
-                      .Set("text", event.text));
-  }
-  for (const GoalFact& fact : report.judgement.facts) {
-    facts.Append(Value::Object()
-                     .Set("atom", fact.atom)
-                     .Set("holds", fact.holds)
-                     .Set("judged_by", fact.geometric ? "geometry" : "effects")
-                     .Set("lapsed", fact.lapsed));
-  }
-  Value margins = Value::Array();
-  for (const Margin& margin : report.margins) margins.Append(WriteMargin(margin));
-  Value snapshots = Value::Array();
-  for (const std::string& file : report.snapshots) snapshots.Append(file);
-  Value value = OutputHeader("tether.run/1", seed);
-  value.Set("scenario", scenario).Set("status", ToString(report.status));
-  value.Set("goal_reached", report.judgement.goal_reached).Set("reason", report.reason);
-  value.Set("sim_time_s", report.sim_time_s).Set("wall_s", report.wall_s).Set("actions", actions);
-  value.Set("cost", report.plan.cost).Set("steps", steps).Set("retries", report.retries);
-  value.Set("replans", report.replans).Set("goal", facts).Set("events", events).Set("margins", margins);
-  value.Set("unintended_forces", WriteForces(report.forces));
-  Value poses = Value::Object();
-  for (const auto& [object, X_WO] : report.final_X_WO) {
-    const Eigen::Quaterniond q(X_WO.R);
-    poses.Set(object,
-              Value::Object()
-                  .Set("position", Eigen::VectorXd(X_WO.p))
-                  .Set("quaternion_wxyz", Eigen::VectorXd(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()))));
-  }
-  value.Set("final_poses", poses).Set("snapshots", snapshots);
-  return value;
 }
 
 }  // namespace tether::evaluation

@@ -62,6 +62,7 @@ struct RunReport {
   std::vector<execution::StepRecord> steps;
   int retries = 0;
   int replans = 0;
+  std::vector<execution::PlanningRecord> plannings;  ///< Each time that a plan was asked for.
   std::vector<RunEvent> events;
   /// While the plan ran: of the scenario's control constraints; of torque runs also of clearances of the arm
   /// from everything that no step intends, torques, torque rates and unintended forces.

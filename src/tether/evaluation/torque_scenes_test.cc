@@ -4,6 +4,7 @@
 
 #include "testing/evaluation/plan_and_run.h"
 #include "testing/scenario/test_scenarios.h"
+#include "tether/ltl/formula/parser.h"
 
 namespace tether::evaluation {
 namespace {
@@ -36,6 +37,40 @@ TEST_P(TorqueScenes, ReachTheirGoalWithinAllLimits) {
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, TorqueScenes,
                          ::testing::Values("workspace_reach", "hanoi", "stacking", "tool_use", "parts"));
+
+/// Regions that are reached with torques: Panda and JACO.
+struct Regions {
+  std::string name, goal;
+};
+
+void PrintTo(const Regions& regions, std::ostream* out) { *out << regions.name; }
+
+class TorqueRegions : public ::testing::TestWithParam<Regions> {};
+
+// Cones and `upright` hold as they do with velocities, and so does everything else.
+TEST_P(TorqueRegions, AreReachedWithinTheirCones) {
+  scenario::Scenario scenario = scenario::Shipped(GetParam().name);
+  scenario.goal = task::TemporalGoal{ltl::ParseFormula(GetParam().goal), ltl::Semantics::kCosafe, {}};
+  scenario.execution = {};
+  RunOptions options;
+  options.seed = 4;
+  const RunReport run = PlanAndRun(scenario, options).run;
+  EXPECT_EQ(run.status, RunStatus::kSuccess) << run.reason;
+  int cones = 0, upright = 0;
+  for (const Margin& margin : run.margins) {
+    cones += margin.name.starts_with("cone") ? 1 : 0;
+    upright += margin.name.starts_with("upright") ? 1 : 0;
+    EXPECT_GE(margin.minimum, -1e-6) << margin.name << " at " << margin.time << " s: " << margin.what;
+  }
+  EXPECT_GE(cones, 1);
+  EXPECT_GE(upright, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, TorqueRegions,
+                         ::testing::Values(Regions{"cups", "F in(jar, tray)"},
+                                           Regions{"cups", "F in(cup, sink)"},
+                                           Regions{"assistive", "F in(meat, heat)"}),
+                         [](const auto& given) { return given.param.name + std::to_string(given.index); });
 
 /// A disturbance of the stacking scene.
 struct Disturbed {

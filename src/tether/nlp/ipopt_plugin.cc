@@ -104,7 +104,7 @@ class IpoptProgram : public Ipopt::TNLP {
       return true;
     }
     if (!At(x, true)) return false;
-    for (Index k = 0; k < own; ++k) values[k] = cost_factor * view_.hessian_values()[static_cast<size_t>(k)];
+    for (Index k = 0; k < own; ++k) values[k] = cost_factor * view_.hessian_values()[k];
     std::fill(values + own, values + count, 2 * cost_factor);
     return true;
   }

@@ -122,8 +122,7 @@ extern "C" void TetherSolve(VectorView& view, Monitor& monitor, const Options& o
   check(nlopt_set_lower_bounds(outer.get(), pad(view.lower(), -HUGE_VAL).data()));
   check(nlopt_set_upper_bounds(outer.get(), pad(view.upper(), HUGE_VAL).data()));
   check(nlopt_set_maxtime(outer.get(), monitor.SecondsLeft()));
-  const std::vector<double> tolerances(static_cast<size_t>(view.num_constraints()),
-                                       options.constraint_tolerance);
+  const std::vector<double> tolerances(view.num_constraints(), options.constraint_tolerance);
   if (view.num_equalities() > 0) {
     check(nlopt_add_equality_mconstraint(outer.get(), static_cast<unsigned>(view.num_equalities()),
                                          NloptProgram::Equalities, &callbacks, tolerances.data()));

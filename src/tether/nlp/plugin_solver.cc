@@ -3,6 +3,7 @@
 #include <string>
 
 #include "tether/common/plugin.h"
+#include "tether/common/stop.h"
 #include "tether/nlp/backends.h"
 
 namespace tether::nlp {
@@ -38,7 +39,7 @@ class PluginSolver : public Solver {
         reinterpret_cast<PluginSolve*>(LoadPlugin(ToString(backend_), "TetherSolve", Remedy(backend_)));
     std::unique_lock<std::timed_mutex> lock(IpoptMutex(), std::defer_lock);
     while (backend_ == Backend::kIpopt && !lock.try_lock_for(std::chrono::milliseconds(5))) {
-      if (options.stop != nullptr && options.stop->load()) {
+      if (IsStopped(options.stop)) {
         Monitor monitor(program, options);
         monitor.End(Status::kInterrupted);
         return monitor.Finish(guess, Status::kInterrupted, "", 0, 0);

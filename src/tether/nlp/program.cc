@@ -38,7 +38,7 @@ const std::string& Program::name(BlockRef block) const {
 
 int Program::TangentSize(BlockRef block) const {
   if (block.kind == BlockRef::Kind::kPose) return 6;
-  return static_cast<int>(vectors_[static_cast<size_t>(block.index)].lower.size());
+  return static_cast<int>(vectors_[block.index].lower.size());
 }
 
 int Program::num_variables() const { return Offset({BlockRef::Kind::kVector, num_vectors()}); }
@@ -98,7 +98,7 @@ Assessment Assess(const Program& program, const Point& x) {
     }
   }
   for (int i = 0; i < program.num_vectors(); ++i) {
-    const Eigen::VectorXd& v = x.vectors[static_cast<size_t>(i)];
+    const Eigen::VectorXd& v = x.vectors[i];
     if (v.size() == 0) continue;
     result.max_bound_violation = std::max(
         {result.max_bound_violation, (program.lower(i) - v).maxCoeff(), (v - program.upper(i)).maxCoeff()});

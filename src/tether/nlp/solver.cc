@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tether/common/error.h"
+#include "tether/common/stop.h"
 #include "tether/common/text.h"
 #include "tether/nlp/backends.h"
 
@@ -114,7 +115,7 @@ double Monitor::SecondsLeft() const { return std::max(0.0, options_.time_limit_s
 
 std::optional<Status> Monitor::ReasonToEnd() {
   if (reason_) return reason_;
-  if (options_.stop != nullptr && options_.stop->load()) {
+  if (IsStopped(options_.stop)) {
     reason_ = Status::kInterrupted;
   } else if (Seconds() > options_.time_limit_s) {
     reason_ = Status::kTimeLimit;

@@ -38,7 +38,7 @@ VectorView::VectorView(const Program& program, const Point& origin)
   for (int i = 0; i < program.num_vectors(); ++i) {
     const BlockRef block{BlockRef::Kind::kVector, i};
     const int offset = program.Offset(block), size = program.TangentSize(block);
-    const Eigen::VectorXd& value = origin_.vectors[static_cast<size_t>(i)];
+    const Eigen::VectorXd& value = origin_.vectors[i];
     assert(value.size() == size);
     lower_.segment(offset, size) = program.lower(i);
     upper_.segment(offset, size) = program.upper(i);
@@ -110,7 +110,7 @@ void VectorView::AddHessianEntries() {
     const int count = static_cast<int>(row.spans.size());
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
-        const Span &a = row.spans[static_cast<size_t>(i)], &b = row.spans[static_cast<size_t>(j)];
+        const Span &a = row.spans[i], &b = row.spans[j];
         if (a.offset >= b.offset) row.products.push_back({i, j, place(a, b)});
       }
     }
@@ -174,7 +174,7 @@ bool VectorView::Evaluate(const Eigen::VectorXd& x, bool derivatives) {
       for (const Span& span : row.spans) {
         if (span.pose >= 0) {
           // The chart's Jacobian is block diagonal.
-          const math::Matrix6d& C = chart_jacobians_[static_cast<size_t>(span.pose)];
+          const math::Matrix6d& C = chart_jacobians_[span.pose];
           J.middleCols<3>(column).noalias() = raw.middleCols<3>(column).lazyProduct(C.topLeftCorner<3, 3>());
           J.middleCols<3>(column + 3).noalias() =
               raw.middleCols<3>(column + 3).lazyProduct(C.bottomRightCorner<3, 3>());

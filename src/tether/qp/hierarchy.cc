@@ -22,13 +22,13 @@ HierarchySolver::HierarchySolver(int max_variables, int max_equalities, int max_
   memory_.resize(2 * lines);
   lower_ = reinterpret_cast<double*>(memory_.data());
   upper_ = lower_ + 8 * lines;
-  all_violations_.resize(static_cast<size_t>(max_inequalities));
-  state_.resize(static_cast<size_t>(max_inequalities));
+  all_violations_.resize(max_inequalities);
+  state_.resize(max_inequalities);
 }
 
 void HierarchySolver::SetSides(int row) {
-  const double v = violations_[static_cast<size_t>(row)];
-  const bool aside = state_[static_cast<size_t>(row)] == Row::kAside;
+  const double v = violations_[row];
+  const bool aside = state_[row] == Row::kAside;
   lower_[row] = aside ? -kInfinity : problem_->lower()[row] - v;
   upper_[row] = aside ? kInfinity : problem_->upper()[row] + v;
 }
@@ -42,46 +42,66 @@ Status HierarchySolver::Relaxed(Start start) {
 }
 
 Status HierarchySolver::Solve(const Problem& problem, std::span<const int> levels, Start start) {
+  Begin(problem, levels);
+  solves_ = 1;
+  status_ = solver_.Solve(problem, start);
+  iterations_ = solver_.iterations();
+  if (status_ != Status::kInfeasible) return status_;
+  return Relax(LastLevel(solver_.conflict()));
+}
+
+Status HierarchySolver::SolveConflict(const Problem& problem, std::span<const int> levels, int last_level) {
+  Begin(problem, levels);
+  return Relax(last_level);
+}
+
+void HierarchySolver::Begin(const Problem& problem, std::span<const int> levels) {
   const int m = problem.num_inequalities();
   assert(static_cast<int>(levels.size()) == m && levels.size() <= all_violations_.size());
   problem_ = &problem;
   levels_ = levels;
   violations_ = {all_violations_.data(), levels.size()};
   std::fill(violations_.begin(), violations_.end(), 0.0);
-  num_relaxed_ = 0;
-  solves_ = 1;
-  status_ = solver_.Solve(problem, start);
-  iterations_ = solver_.iterations();
-  if (status_ != Status::kInfeasible) return status_;
-  // If the proof has only rows that must hold, the problem is infeasible.
-  int level = INT_MAX;
-  bool hard = true;
-  for (const RowWeight& row : solver_.conflict()) {
-    if (IsSoft(row)) hard = false;
+  num_relaxed_ = solves_ = iterations_ = 0;
+  for (int i = m; i < problem.padded_rows(); ++i) {
+    lower_[i] = -kInfinity;
+    upper_[i] = kInfinity;
   }
-  if (hard) return status_;
-  for (int i = 0; i < problem.padded_rows(); ++i) {
-    if (i < m) {
-      const int at = levels[static_cast<size_t>(i)];
-      assert(at >= 0);
-      if (at > 0) level = std::min(level, at);
-      state_[static_cast<size_t>(i)] = at == 0 ? Row::kFrozen : Row::kAside;
-      SetSides(i);
-    } else {
-      lower_[i] = -kInfinity;
-      upper_[i] = kInfinity;
+}
+
+// The levels before the last one of a proof need not be in conflict: all of them are tried at once.
+Status HierarchySolver::Relax(int level) {
+  for (;;) {
+    // If the proof has only rows that must hold, the problem is infeasible.
+    if (level == 0) return status_ = Status::kInfeasible;
+    for (size_t i = 0; i < levels_.size(); ++i) {
+      assert(levels_[i] >= 0);
+      state_[i] = levels_[i] < level ? Row::kFrozen : Row::kAside;
+      SetSides(static_cast<int>(i));
     }
+    status_ = Relaxed(Start::kWarm);
+    if (status_ == Status::kSolved) break;
+    if (status_ != Status::kInfeasible) return status_;
+    level = LastLevel(solver_.conflict());
   }
   while (level < INT_MAX) {
     status_ = MinimizeLevel(level);
     if (status_ != Status::kSolved) return status_;
     int next = INT_MAX;
-    for (const int other : levels) {
+    for (const int other : levels_) {
       if (other > level) next = std::min(next, other);
     }
     level = next;
   }
   return status_;
+}
+
+int HierarchySolver::LastLevel(const RowWeights& proof) const {
+  int last = 0;
+  for (const RowWeight& row : proof) {
+    if (IsSoft(row)) last = std::max(last, levels_[static_cast<size_t>(row.index)]);
+  }
+  return last;
 }
 
 double HierarchySolver::SideOf(const RowWeight& row) const {
@@ -98,7 +118,7 @@ double HierarchySolver::SideOf(const RowWeight& row) const {
 }
 
 bool HierarchySolver::IsSoft(const RowWeight& row) const {
-  return row.kind == RowKind::kInequality && levels_[static_cast<size_t>(row.index)] > 0;
+  return row.kind == RowKind::kInequality && levels_[row.index] > 0;
 }
 
 Status HierarchySolver::MinimizeLevel(int level) {
@@ -113,7 +133,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
     }
   };
   const auto is_free = [&](const RowWeight& row) {
-    return row.kind == RowKind::kInequality && state_[static_cast<size_t>(row.index)] == Row::kFree;
+    return row.kind == RowKind::kInequality && state_[row.index] == Row::kFree;
   };
   double v = 0;
   set_free(0);
@@ -135,10 +155,13 @@ Status HierarchySolver::MinimizeLevel(int level) {
       }
       for (const RowWeight& row : proof) {
         if (is_free(row) && std::abs(row.weight) >= kFreezeWeight * largest) {
-          state_[static_cast<size_t>(row.index)] = Row::kFrozen;
+          state_[row.index] = Row::kFrozen;
           ++num_relaxed_;
         }
       }
+      bool any = false;
+      for (int i = 0; i < m; ++i) any = any || state_[static_cast<size_t>(i)] == Row::kFree;
+      if (!any) return status;
       v = 0;
       set_free(0);
       continue;
@@ -151,7 +174,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       gap += side;
       terms += std::abs(side);
       // A side less its violation is rounded like the larger of both.
-      if (IsSoft(row)) terms += std::abs(row.weight) * violations_[static_cast<size_t>(row.index)];
+      if (IsSoft(row)) terms += std::abs(row.weight) * violations_[row.index];
       if (is_free(row)) free += std::abs(row.weight);
       if (IsSoft(row)) soft += std::abs(row.weight);
     }
@@ -161,7 +184,7 @@ Status HierarchySolver::MinimizeLevel(int level) {
       const double slack = (2 * std::max(gap, 0.0) + 1e-14 * terms) / soft;
       for (const RowWeight& row : proof) {
         if (!IsSoft(row) || is_free(row)) continue;
-        violations_[static_cast<size_t>(row.index)] += slack;
+        violations_[row.index] += slack;
         SetSides(row.index);
       }
       if (free > 0) v += slack;

@@ -27,6 +27,10 @@ class HierarchySolver {
   /// conflict; solver().conflict() is then the proof. kIterationLimit after `max_solves`.
   Status Solve(const Problem& problem, std::span<const int> levels, Start start = Start::kWarm);
 
+  /// The same for a problem that is known to be in conflict, by a proof without rows of levels after
+  /// `last_level`.
+  Status SolveConflict(const Problem& problem, std::span<const int> levels, int last_level);
+
   Status status() const { return status_; }
   auto x() const { return solver_.x(); }
   /// v_i of each inequality row; all zero if no row was relaxed.
@@ -43,9 +47,13 @@ class HierarchySolver {
  private:
   enum class Row : unsigned char { kAside, kFree, kFrozen };
 
+  void Begin(const Problem& problem, std::span<const int> levels);
+  Status Relax(int level);
   Status Relaxed(Start start);
   Status MinimizeLevel(int level);
   void SetSides(int row);
+  /// The greatest level of its rows; 0: all of them must hold.
+  int LastLevel(const RowWeights& proof) const;
   double SideOf(const RowWeight& row) const;
   bool IsSoft(const RowWeight& row) const;
 

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 /// Whether a point satisfies everything with the given violations, of rows with `level` ≤ `last` only.
 bool Feasible(Problem problem, const std::vector<int>& levels, const VectorXd& violations, int last) {
   for (int i = 0; i < problem.num_inequalities(); ++i) {
-    const bool counts = levels[static_cast<size_t>(i)] <= last;
+    const bool counts = levels[i] <= last;
     problem.lower()[i] = counts ? problem.lower()[i] - violations[i] : -kInfinity;
     problem.upper()[i] = counts ? problem.upper()[i] + violations[i] : kInfinity;
   }
@@ -34,7 +34,7 @@ VectorXd ViolationsByBisection(const Problem& problem, const std::vector<int>& l
   for (int level = 1; level <= *std::max_element(levels.begin(), levels.end()); ++level) {
     std::vector<int> free;
     for (int i = 0; i < m; ++i) {
-      if (levels[static_cast<size_t>(i)] == level) free.push_back(i);
+      if (levels[i] == level) free.push_back(i);
     }
     while (!free.empty()) {
       const auto with = [&](double v) {
@@ -176,8 +176,7 @@ TEST(HierarchyTest, BoundsAlwaysHold) {
     ASSERT_EQ(hierarchy.Solve(problem, levels), Status::kSolved) << trial;
     EXPECT_LE(hierarchy.x().cwiseAbs().maxCoeff(), 1 + 1e-12);
     for (int i = 0; i < 60; ++i) {
-      const double value = problem.A().row(i).dot(hierarchy.x()),
-                   v = hierarchy.violations()[static_cast<size_t>(i)];
+      const double value = problem.A().row(i).dot(hierarchy.x()), v = hierarchy.violations()[i];
       EXPECT_GE(value, problem.lower()[i] - v - 1e-11);
       EXPECT_LE(value, problem.upper()[i] + v + 1e-11);
     }

@@ -16,7 +16,7 @@ Problem::Problem(int max_variables, int max_equalities, int max_inequalities)
   const Eigen::Index stride = RoundUp(max_n_), m = RoundUp(max_m_);
   const Eigen::Index size =
       stride * (stride + 3) + RoundUp(max_equalities_) + max_equalities_ * stride + m * (max_n_ + 2);
-  memory_.resize(static_cast<size_t>(size / 8));
+  memory_.resize(size / 8);
   Resize(max_variables, max_equalities, max_inequalities);
 }
 

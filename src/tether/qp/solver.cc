@@ -55,7 +55,7 @@ Solver::Solver(int max_variables, int max_equalities, int max_inequalities, cons
   if (options.instructions == Instructions::kBest && HasAvx2()) kernel_ = &avx2::SolveActiveSet;
 #endif
   const int stride = RoundUp(max_n_), rows = RoundUp(max_m_);
-  memory_.resize(static_cast<size_t>((4 * stride * stride + 13 * stride + 3 * rows + 2 * stride) / 8));
+  memory_.resize((4 * stride * stride + 13 * stride + 3 * rows + 2 * stride) / 8);
   double* next = reinterpret_cast<double*>(memory_.data());
   const auto take = [&](int size) {
     double* first = next;
@@ -109,9 +109,8 @@ Status Solver::Solve(const Problem& problem, const double* lower, const double* 
     for (const RowWeight& row : active_) {
       if (row.kind == RowKind::kEquality || row.weight == 0) continue;
       if (row.index >= (row.kind == RowKind::kBound ? f.n : f.m)) continue;
-      warm_position_[static_cast<size_t>(f.num_warm)] =
-          row.kind == RowKind::kBound ? f.padded_m + row.index : row.index;
-      warm_sign_[static_cast<size_t>(f.num_warm++)] = row.weight > 0 ? 1 : -1;
+      warm_position_[f.num_warm] = row.kind == RowKind::kBound ? f.padded_m + row.index : row.index;
+      warm_sign_[f.num_warm++] = row.weight > 0 ? 1 : -1;
     }
   }
   f.warm_position = warm_position_.data();

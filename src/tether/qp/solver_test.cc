@@ -115,7 +115,7 @@ Status SolveByEnumeration(const Problem& problem, VectorXd& best) {
     };
     for (int k = 0; k < equalities; ++k) hold(problem.E().row(k).transpose(), problem.e()[k]);
     for (int k = 0; k < count; ++k) {
-      if (set >> k & 1) hold(sides[static_cast<size_t>(k)].a, sides[static_cast<size_t>(k)].side);
+      if (set >> k & 1) hold(sides[k].a, sides[k].side);
     }
     const Eigen::FullPivLU<MatrixXd> lu(kkt);
     if (!lu.isInvertible()) continue;
@@ -228,7 +228,7 @@ TEST(SolverTest, TheSameCallsGiveTheSameBits) {
       if (run == 0) {
         first.emplace_back(solver.x());
       } else {
-        EXPECT_EQ(first[static_cast<size_t>(tick)], VectorXd(solver.x()));
+        EXPECT_EQ(first[tick], VectorXd(solver.x()));
       }
     }
   }

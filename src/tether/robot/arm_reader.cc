@@ -176,9 +176,7 @@ class Reader {
 
   void ReadExclusions() {
     const int hand = static_cast<int>(out_.links.size()), last = out_.chain.dof();
-    const auto link = [&](int solid) {
-      return solid == hand ? last : out_.links[static_cast<size_t>(solid)].link;
-    };
+    const auto link = [&](int solid) { return solid == hand ? last : out_.links[solid].link; };
     for (int a = 0; a <= hand; ++a) {
       for (int b = a + 1; b <= hand; ++b) {
         if (std::abs(link(a) - link(b)) <= 1) out_.excluded.emplace_back(a, b);
@@ -265,7 +263,7 @@ std::vector<std::pair<int, int>> PairsToCheck(const std::shared_ptr<const Model>
     }
   }
   const auto shape = [&](int solid) -> const geometry::Shape& {
-    return solid == solids.hand() ? hand : solids.links[static_cast<size_t>(solid)].shape;
+    return solid == solids.hand() ? hand : solids.links[solid].shape;
   };
   Random random(1);
   Kinematics kinematics(model);

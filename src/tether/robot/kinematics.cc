@@ -80,7 +80,7 @@ const math::Pose& Kinematics::X_BSolid(int solid) const {
 
 int Kinematics::LinkOf(int solid) const {
   const ArmSolids& solids = model_->solids();
-  return solid == solids.hand() ? dof() : solids.links[static_cast<size_t>(solid)].link;
+  return solid == solids.hand() ? dof() : solids.links[solid].link;
 }
 
 void LinkPoses::HandJacobian(Eigen::Ref<Eigen::MatrixXd> J) const {

@@ -149,14 +149,13 @@ TEST_P(KinematicsTest, LinksStandWhereMujocoHasThem) {
   Kinematics kinematics(model_);
   for (const VectorXd& q : Configurations()) {
     for (int i = 0; i < model_->dof(); ++i) {
-      const int joint =
-          mj_name2id(mujoco.get(), mjOBJ_JOINT, model_->joint_names()[static_cast<size_t>(i)].c_str());
+      const int joint = mj_name2id(mujoco.get(), mjOBJ_JOINT, model_->joint_names()[i].c_str());
       data->qpos[mujoco->jnt_qposadr[joint]] = q[i];
     }
     mj_kinematics(mujoco.get(), data.get());
     kinematics.Set(q);
     for (int k = 0; k < model_->solids().hand(); ++k) {
-      const LinkSolid& solid = model_->solids().links[static_cast<size_t>(k)];
+      const LinkSolid& solid = model_->solids().links[k];
       const int body = mj_name2id(mujoco.get(), mjOBJ_BODY, solid.name.c_str());
       ASSERT_GE(body, 0);
       int geom = mujoco->body_geomadr[body];
@@ -264,7 +263,7 @@ TEST_P(KinematicsTest, TheArmAtHomeIsClearOfItself) {
   const ArmSolids& solids = model_->solids();
   const geometry::Shape hand = model_->HandShape(model_->gripper().max_opening);
   const auto shape = [&](int solid) -> const geometry::Shape& {
-    return solid == solids.hand() ? hand : solids.links[static_cast<size_t>(solid)].shape;
+    return solid == solids.hand() ? hand : solids.links[solid].shape;
   };
   for (const auto& [a, b] : solids.pairs) {
     EXPECT_GT(
@@ -290,8 +289,8 @@ TEST(ArmSolidsTest, ThePandasLinksAreThoseOfItsDescription) {
   const ArmSolids& solids = model->solids();
   ASSERT_EQ(solids.hand(), 8);
   for (int i = 0; i < 8; ++i) {
-    EXPECT_EQ(solids.links[static_cast<size_t>(i)].name, "link" + std::to_string(i));
-    EXPECT_EQ(solids.links[static_cast<size_t>(i)].link, i);
+    EXPECT_EQ(solids.links[i].name, "link" + std::to_string(i));
+    EXPECT_EQ(solids.links[i].link, i);
   }
   EXPECT_EQ(solids.links[5].shape.parts.size(), 3u);
   // Next to each other; excluded by the file; far apart in the chain.

@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "tether/geometry/distance/distance.h"
+#include "tether/math/pose_error.h"
 #include "tether/robot/model.h"
 
 namespace tether::robot {
@@ -64,7 +65,7 @@ PostureSolver::PostureSolver(std::shared_ptr<const Model> model)
   for (int k = 0; k <= solids.hand(); ++k) {
     Solid solid;
     geometry::Aabb all;
-    const geometry::Shape& shape = k == solids.hand() ? hand_ : solids.links[static_cast<size_t>(k)].shape;
+    const geometry::Shape& shape = k == solids.hand() ? hand_ : solids.links[k].shape;
     for (const geometry::Part& part : shape.parts) {
       const geometry::Aabb box = geometry::BoundingBox(part.primitive, part.X_SP);
       all.Include(box);
@@ -89,7 +90,7 @@ void PostureSolver::PlaceSolids() {
 }
 
 std::vector<PostureSolver::Part>& PostureSolver::PartsOf(int k) {
-  Solid& solid = solids_[static_cast<size_t>(k)];
+  Solid& solid = solids_[k];
   if (!solid.is_placed) {
     const math::Pose& X_BS = kinematics_.X_BSolid(k);
     for (Part& part : solid.parts) {
@@ -144,8 +145,8 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
       return SquaredDistance(p_BC, obstacle.box) < reach * reach;
     };
     for (int solid = 0; solid < solids.hand(); ++solid) {
-      if (obstacle.still && solids.links[static_cast<size_t>(solid)].link == 0) continue;
-      const Solid& bound = solids_[static_cast<size_t>(solid)];
+      if (obstacle.still && solids.links[solid].link == 0) continue;
+      const Solid& bound = solids_[solid];
       if (!is_near(bound.p_BC, bound.radius)) continue;
       if (std::find(obstacle.ignored.begin(), obstacle.ignored.end(), solid) != obstacle.ignored.end())
         continue;
@@ -162,7 +163,7 @@ void PostureSolver::FindNearPairs(const PostureProblem& problem, Posture& postur
     return (a.p_BC - b.p_BC).squaredNorm() < reach * reach;
   };
   for (const auto& [a, b] : solids.pairs) {
-    if (!are_near(solids_[static_cast<size_t>(a)], solids_[static_cast<size_t>(b)])) continue;
+    if (!are_near(solids_[a], solids_[b])) continue;
     for (Part& part_a : PartsOf(a)) {
       for (Part& part_b : PartsOf(b)) {
         if (!are_near(part_a, part_b) || !AreWithin(range, BoxOf(part_a), BoxOf(part_b))) continue;
@@ -192,7 +193,7 @@ void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& er
   for (int round = 0; round < 4; ++round) {
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostJoints, 6> Y = J_.transpose();
     for (int i = 0; i < n; ++i) {
-      if (held[static_cast<size_t>(i)]) Y.row(i).setZero();
+      if (held[i]) Y.row(i).setZero();
     }
     const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMostJoints> J = Y.transpose();
     if (near_.empty()) {
@@ -214,8 +215,8 @@ void PostureSolver::Step(const PostureProblem& problem, const math::Vector6d& er
       const double to = q[i] + step[i];
       const bool leaves = (to > problem.upper[i] && step[i] > 0) || (to < problem.lower[i] && step[i] < 0);
       const bool at_limit = q[i] >= problem.upper[i] - 1e-9 || q[i] <= problem.lower[i] + 1e-9;
-      if (held[static_cast<size_t>(i)] || !leaves || !at_limit) continue;
-      held[static_cast<size_t>(i)] = more = true;
+      if (held[i] || !leaves || !at_limit) continue;
+      held[i] = more = true;
       H.row(i).setZero();
       H.col(i).setZero();
       H(i, i) = 1;
@@ -235,9 +236,7 @@ bool PostureSolver::Solve(const PostureProblem& problem, Posture& posture, int m
   bool found = false;
   for (int iteration = 0; iteration < max_iterations && !found; ++iteration) {
     kinematics_.Set(q);
-    math::Vector6d error;
-    error.head<3>() = problem.X_BH.p - kinematics_.X_BH().p;
-    error.tail<3>() = math::LogSO3(problem.X_BH.R * kinematics_.X_BH().R.transpose());
+    const math::Vector6d error = math::PoseError(kinematics_.X_BH(), problem.X_BH);
     const double distance = error.head<3>().norm() + error.tail<3>().norm();
     near_.clear();
     double overlap = 0;

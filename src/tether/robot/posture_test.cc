@@ -112,8 +112,8 @@ TEST(PostureTest, TheElbowEvadesARod) {
   // The reported distance is that of the shapes.
   kinematics.Set(blocked.q);
   for (int k = 1; k < Panda()->solids().hand(); ++k) {
-    EXPECT_GE(geometry::SignedDistance(Panda()->solids().links[static_cast<size_t>(k)].shape,
-                                       kinematics.X_BSolid(k), geometry::Shape({rod}), Pose())
+    EXPECT_GE(geometry::SignedDistance(Panda()->solids().links[k].shape, kinematics.X_BSolid(k),
+                                       geometry::Shape({rod}), Pose())
                   .distance,
               problem.clearance - 1e-9);
   }

@@ -17,12 +17,13 @@ struct Sensing {
   double angle_noise = 0;  ///< … and about each axis, rad.
   double pose_rate = 0;    ///< Measurements per second; 0: one in every tick.
   double pose_delay = 0;   ///< s
+  double dropout = 0;      ///< The share of measurements, of each object by itself, that is missing.
 
   bool exact_torques() const {
     return torque_noise == 0 && torque_bias == 0 && mass_error == 0 && torque_delay == 0;
   }
   bool exact_poses() const {
-    return pose_noise == 0 && angle_noise == 0 && pose_rate == 0 && pose_delay == 0;
+    return pose_noise == 0 && angle_noise == 0 && pose_rate == 0 && pose_delay == 0 && dropout == 0;
   }
 };
 

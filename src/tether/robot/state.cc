@@ -29,6 +29,8 @@ struct State::Impl {
         full_J(6, own->nv),
         full_bias(own->nv) {
     for (int i = 0; i < 3; ++i) own->opt.gravity[i] = gravity_B[i];
+    // Neither kinematics nor dynamics need to know where geoms are.
+    own->ngeom = 0;
   }
   ~Impl() {
     mj_deleteData(data);

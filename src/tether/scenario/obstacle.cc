@@ -248,8 +248,7 @@ std::optional<Obstacle> DrawCrossingObstacle(const Scenario& scenario, const sce
   const double least = std::max(0.25, 1.1 * kCrossing / layout.model().max_velocity()[0]);
   const double low = layout.HighestMovable() + radius + kGap;
   for (int i = 0; i < kDraws; ++i) {
-    const Vector3d& place =
-        layout.place(static_cast<size_t>(random.Index(static_cast<int>(layout.num_places()))));
+    const Vector3d& place = layout.place(random.Index(static_cast<int>(layout.num_places())));
     const Vector3d hub = layout.hubs().empty()
                              ? layout.X_WBase() * Vector3d(0.5 * layout.model().reach().max, 0, 0.3)
                              : layout.hubs().front();

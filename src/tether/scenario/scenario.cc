@@ -6,6 +6,7 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/file.h"
+#include "tether/common/log.h"
 #include "tether/constraints/core/kind.h"
 #include "tether/control/constraint_spec.h"
 #include "tether/planning/skeleton/action_reader.h"
@@ -15,6 +16,10 @@
 
 namespace tether::scenario {
 namespace {
+
+// Poses that come more seldom or later than this can't be servoed to while they move: 1/s, s.
+constexpr double kSlowestRate = 5;
+constexpr double kLongestDelay = 0.5;
 
 namespace fs = std::filesystem;
 
@@ -206,8 +211,8 @@ class ScenarioParser {
           if (spec.margin < half) continue;
           diagnostics_.Add(spec.where,
                            "'margin' of joint_limits is " + Value(spec.margin).AsText() +
-                               " rad, which leaves " + model->joint_names()[static_cast<size_t>(i)] +
-                               " of '" + name + "' no room between its limits",
+                               " rad, which leaves " + model->joint_names()[i] + " of '" + name +
+                               "' no room between its limits",
                            "less than " + Value(half).AsText() + " rad");
           break;
         }
@@ -248,6 +253,7 @@ class ScenarioParser {
     }
     planning.time_limit_s =
         ReadBound(reader, "time_limit", planning.time_limit_s, "a time in s; 0: no limit");
+    planning.latency = ReadBound(reader, "latency", planning.latency, "a time in s, up to 10", 10);
     if (reader.Optional("max_iterations") != nullptr)
       planning.max_iterations = ReadCount(reader, "max_iterations", 1, 1, "a whole number above zero");
     reader.Finish();
@@ -298,14 +304,19 @@ class ScenarioParser {
       sensing.torque_delay = ReadBound(inner, "delay", 0, "a time in s, up to 1", 1);
       inner.Finish();
     }
-    if (const Value* poses = reader.Optional("poses")) {
-      ObjectReader inner(*poses, "'poses' of 'sensing'", diagnostics_);
-      sensing.pose_noise = ReadBound(inner, "noise", 0, "a distance in m", kGreatestLength);
-      sensing.angle_noise = ReadBound(inner, "angle_noise", 0, "an angle in rad");
-      sensing.pose_rate = ReadBound(inner, "rate", 0, "measurements per second; 0: in every tick");
-      sensing.pose_delay = ReadBound(inner, "delay", 0, "a time in s, up to 10", 10);
+    if (const Value* noise = reader.Optional("noise")) {
+      ObjectReader inner(*noise, "'noise' of 'sensing'", diagnostics_);
+      sensing.pose_noise = ReadBound(inner, "position", 0, "a distance in m", kGreatestLength);
+      sensing.angle_noise = ReadBound(inner, "rotation", 0, "an angle in rad");
       inner.Finish();
     }
+    sensing.pose_rate = ReadBound(reader, "rate", 0, "measurements per second; 0: in every tick");
+    sensing.pose_delay = ReadBound(reader, "latency", 0, "a time in s, up to 10", 10);
+    sensing.dropout = ReadBound(reader, "dropout", 0, "a share, 0 to 1", 1);
+    if ((sensing.pose_rate > 0 && sensing.pose_rate < kSlowestRate) || sensing.pose_delay > kLongestDelay)
+      LogWarning(scenario_.path + ": 'sensing' is slower than control can follow what moves (" +
+                 Value(kSlowestRate).AsText() + " measurements per second, " + Value(kLongestDelay).AsText() +
+                 " s of latency): the arm comes to where things were");
     reader.Finish();
   }
 
@@ -317,7 +328,7 @@ class ScenarioParser {
   }
 
   void ReadEventList(const Value& value) {
-    const EventNames names{&scenario_.scene, &scenario_.actions};
+    const EventNames names{&scenario_.scene, &scenario_.actions, scenario_.problem.get()};
     if (!value.is_scalar()) {
       scenario_.events = ParseEvents(value, names, diagnostics_);
       return;

@@ -64,6 +64,7 @@ struct PlanningSettings {
   double patience = planning::SearchOptions().patience;
   int threads = 0;          ///< 0: as many as there are processors.
   double time_limit_s = 0;  ///< Wall clock; 0: no limit.
+  double latency = 0.02;    ///< While it runs, a new plan is adopted so long after it was asked for, s.
   /// Of one solve, in the solver's own unit; none: what the solver needs (planning::EffortOf).
   std::optional<int> max_iterations;
 };

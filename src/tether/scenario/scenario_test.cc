@@ -425,16 +425,60 @@ TEST_F(ScenarioTest, AnArmMayBePushed) {
       HasSubstr("unknown robot 'pandra' in event"));
 }
 
+TEST_F(ScenarioTest, ThereAreManyKindsOfEventsAndMoments) {
+  const Scenario scenario = LoadScenario(Write("s.yaml", kSmall + R"(events:
+- {when: {step: 1}, rotate: {object: cup, by: 1.5, over: 1}}
+- {when: {ends: place(cup,shelf), after: 0.2}, knock: {object: cup, impulse: [0.1, 0, 0], at: [0, 0, 0.03]}}
+- {when: {random: [1, 4]}, pull: {by: [0, 0, -0.1], force: 30}}
+- {when: {time: 2}, remove: {object: cup}}
+- {when: {time: 3}, add: {object: cup, pose: {position: [0.4, 0, 0.1]}}}
+- {when: {time: 0}, set: {object: cup, mass: 1, friction: 0.2, size: 0.003}}
+- {when: {time: 1}, push_arm: {robot: panda, torques: [0, 5, 0, 0, 0, 0, 1], over: 0.3}}
+)"));
+  const std::vector<Event>& events = scenario.events;
+  EXPECT_EQ(events[0].step, 1);
+  EXPECT_NEAR(math::LogSO3(events[0].X_by.R).z(), 1.5, 1e-12);
+  EXPECT_EQ(events[1].ends, "place(cup,shelf)");
+  EXPECT_EQ(events[1].after, 0.2);
+  EXPECT_EQ(std::get<Knock>(events[1].other).at.z(), 0.03);
+  EXPECT_EQ(events[2].until, 4);
+  EXPECT_EQ(events[2].Describe(), "pull what is held by (0, 0, -0.1) m over 0.5 s with up to 30 N");
+  EXPECT_TRUE(std::holds_alternative<Removal>(events[3].other));
+  EXPECT_TRUE(events[4].has_goal);
+  EXPECT_EQ(events[5].Describe(), "set cup: mass 1 kg friction 0.2 size 0.003 m more");
+  EXPECT_EQ(events[6].robot, "panda");
+}
+
+TEST_F(ScenarioTest, EventsThatMakeNoSenseAreNamed) {
+  const auto error = [&](const std::string& event) { return ErrorOf(kSmall + "events:\n- " + event + "\n"); };
+  const std::string now = "when: {time: 1}, ";
+  EXPECT_THAT(error("{" + now + "remove: {object: shelf}}"), HasSubstr("object 'shelf' in event is fixed"));
+  EXPECT_THAT(error("{" + now + "remove: {object: cap}}"), HasSubstr("unknown object 'cap' in event"));
+  EXPECT_THAT(error("{" + now + "add: {object: cup}}"), HasSubstr("which no event removes"));
+  EXPECT_THAT(error("{" + now + "set: {object: cup}}"), HasSubstr("sets nothing"));
+  EXPECT_THAT(error("{" + now + "knock: {object: cup, impulse: [1]}}"), HasSubstr("'impulse' of event"));
+  EXPECT_THAT(error("{" + now + "goal: '(on cup'}"), HasSubstr("s.yaml:"));
+  EXPECT_THAT(error("{" + now + "goal: 'F('}"), HasSubstr("s.yaml:"));
+  EXPECT_THAT(error("{when: {random: [4, 1]}, remove: {object: cup}}"), HasSubstr("no range of time"));
+  EXPECT_THAT(error("{when: {time: 1, after: 2}, remove: {object: cup}}"),
+              HasSubstr("'after' beside a time"));
+  EXPECT_THAT(
+      error("{" + now + "remove: {object: cup}}\n- {" + now + "move: {object: cup, by: [0, 1, 0], over: 1}}"),
+      HasSubstr("contradicts 'remove cup' of the same moment"));
+  EXPECT_THAT(error("{when: {time: 1}}"), HasSubstr("'move'"));
+}
+
 TEST_F(ScenarioTest, SensorsMayLackWhatIsSaid) {
-  const Scenario scenario = LoadScenario(
-      Write("s.yaml", kSmall + "sensing: {torques: {noise: 0.3, bias: 0.5, mass_error: 0.1, delay: 0.005}, "
-                               "poses: {noise: 0.003, angle_noise: 0.005, rate: 30, delay: 0.1}}\n"));
+  const Scenario scenario = LoadScenario(Write(
+      "s.yaml", kSmall +
+                    "sensing: {torques: {noise: 0.3, bias: 0.5, mass_error: 0.1, delay: 0.005}, "
+                    "noise: {position: 0.003, rotation: 0.005}, rate: 30, latency: 0.1, dropout: 0.1}\n"));
   EXPECT_EQ(scenario.sensing.torque_noise, 0.3);
   EXPECT_EQ(scenario.sensing.mass_error, 0.1);
   EXPECT_EQ(scenario.sensing.pose_rate, 30);
   EXPECT_FALSE(scenario.sensing.exact_poses());
   EXPECT_THAT(ErrorOf(kSmall + "sensing: {torques: {noise: -1}}\n"), HasSubstr("'noise'"));
-  EXPECT_THAT(ErrorOf(kSmall + "sensing: {pose: {noise: 1}}\n"), HasSubstr("did you mean 'poses'?"));
+  EXPECT_THAT(ErrorOf(kSmall + "sensing: {delay: 0.1}\n"), HasSubstr("accepted: "));
 }
 
 TEST_F(ScenarioTest, JointLimitsThatLeaveNoRoomAreRefused) {

@@ -23,8 +23,7 @@ Eigen::VectorXd ReadSizes(const Value& value, int count, const std::string& what
   if (!sizes) return Eigen::VectorXd::Ones(count);
   for (int i = 0; i < count; ++i) {
     if ((*sizes)[i] >= kSmallestLength) continue;
-    diagnostics.Add(value.items()[static_cast<size_t>(i)].where(),
-                    what + " has the size " + value.items()[static_cast<size_t>(i)].AsText(),
+    diagnostics.Add(value.items()[i].where(), what + " has the size " + value.items()[i].AsText(),
                     (*sizes)[i] > 0 ? "full side lengths from 0.1 mm, m" : "full side lengths above zero, m");
     return Eigen::VectorXd::Ones(count);
   }
@@ -180,9 +179,9 @@ class SceneParser {
                    const std::string& what) {
     for (int i = 0; i < model.dof(); ++i) {
       if (q[i] >= model.lower()[i] && q[i] <= model.upper()[i]) continue;
-      diagnostics_.Add(list.items()[static_cast<size_t>(i)].where(),
-                       "'q' of " + what + " has " + Value(q[i]).AsText() + " for " +
-                           model.joint_names()[static_cast<size_t>(i)] + ", beyond the joint's limits",
+      diagnostics_.Add(list.items()[i].where(),
+                       "'q' of " + what + " has " + Value(q[i]).AsText() + " for " + model.joint_names()[i] +
+                           ", beyond the joint's limits",
                        Value(model.lower()[i]).AsText() + " to " + Value(model.upper()[i]).AsText() + " rad");
     }
   }

@@ -196,7 +196,7 @@ void StateReach(const Value& value, Scenario& scenario, Diagnostics& diagnostics
   }
   for (const std::string& name : scenario.task.within_reach) {
     const int index = problem->domain->FindPredicate(name);
-    if (index < 0 || problem->domain->predicates[static_cast<size_t>(index)].parameters.size() != 1) {
+    if (index < 0 || problem->domain->predicates[index].parameters.size() != 1) {
       diagnostics.Add(value.where(),
                       "'within_reach' names '" + name + "', which is not a predicate of one parameter",
                       SuggestFrom(name, unary));

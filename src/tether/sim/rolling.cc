@@ -49,11 +49,11 @@ bool Rolls(const geometry::Shape& shape) {
 void SetRollingFriction(mjModel_* model, const std::vector<bool>& rolls) {
   int first = std::numeric_limits<int>::max();
   for (int geom = 0; geom < model->ngeom; ++geom) {
-    if (rolls[static_cast<size_t>(geom)]) first = std::min(first, model->geom_priority[geom]);
+    if (rolls[geom]) first = std::min(first, model->geom_priority[geom]);
   }
   // Of a pair the geom of the higher priority decides: what goes before something that rolls is told as well.
   for (int geom = 0; geom < model->ngeom; ++geom) {
-    if (!rolls[static_cast<size_t>(geom)] && model->geom_priority[geom] <= first) continue;
+    if (!rolls[geom] && model->geom_priority[geom] <= first) continue;
     model->geom_condim[geom] = 6;
     model->geom_friction[3 * geom + 2] = kRollingFriction;
   }

@@ -47,6 +47,10 @@ void SensorModel::SensePoses(const scene::WorldEstimate& truth, scene::WorldEsti
       if (sensing_.pose_noise > 0) X.p += draw(sensing_.pose_noise);
       if (sensing_.angle_noise > 0) X.R = math::ExpSO3(draw(sensing_.angle_noise)) * X.R;
     }
+    // The first measurement is whole: nothing is known before.
+    if (sensing_.dropout > 0 && started_)
+      std::erase_if(taken.X_WO, [&](const auto&) { return pose_random_.Uniform(0, 1) < sensing_.dropout; });
+    started_ = true;
     waiting_.push_back(std::move(taken));
   }
   // The first one is seen at once: nothing is known before.

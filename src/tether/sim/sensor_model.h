@@ -43,6 +43,7 @@ class SensorModel {
   std::map<std::string, Arm> arms_;
   std::deque<scene::WorldEstimate> waiting_;
   double next_pose_ = 0;
+  bool started_ = false;
 };
 
 }  // namespace tether::sim

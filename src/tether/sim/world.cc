@@ -177,8 +177,7 @@ std::vector<Contact> World::Contacts() const {
   }
   const auto name = [&](int owner) -> const std::string& {
     const auto objects = static_cast<int>(impl_->objects.size());
-    return owner < objects ? impl_->objects[static_cast<size_t>(owner)].name
-                           : impl_->robots[static_cast<size_t>(owner - objects)].name;
+    return owner < objects ? impl_->objects[owner].name : impl_->robots[owner - objects].name;
   };
   std::vector<Contact> contacts;
   for (const auto& [pair, force] : sums) contacts.push_back({name(pair.first), name(pair.second), force});
@@ -298,6 +297,11 @@ void World::MoveObject(const std::string& object, const math::Pose& X_WO_goal, d
   drive.duration = duration;
   drive.steady = steady;
   world.drives[index] = drive;
+}
+
+bool World::IsDriven(const std::string& object) const {
+  const Impl::ObjectEntry& entry = impl_->objects[static_cast<size_t>(impl_->ObjectIndex(object))];
+  return entry.leader >= 0 && impl_->drives.contains(entry.leader);
 }
 
 }  // namespace tether::sim

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,29 @@ class World : public robot::Interface {
   /// duration that is not positive.
   void MoveObject(const std::string& object, const math::Pose& X_WO_goal, double duration,
                   bool steady = false);
+  /// Whether MoveObject() is driving the object, or the fixed one that it is mounted on.
+  bool IsDriven(const std::string& object) const;
+
+  // Disturbances of a movable object; all throw InputError for one that isn't there or is fixed, and for
+  // values that are not finite.
+
+  /// Takes an object out of the scene: until it is returned it touches nothing, and Truth() has it far above
+  /// the scene.
+  void RemoveObject(const std::string& object);
+  /// Puts a removed object back, at rest.
+  void ReturnObject(const std::string& object, const math::Pose& X_WO);
+  bool IsRemoved(const std::string& object) const;
+  /// A blow: an impulse (N s, in the world) within 10 ms on a point of the object (m, in its frame).
+  void KnockObject(const std::string& object, const Eigen::Vector3d& impulse, const Eigen::Vector3d& at);
+  /// Draws an object along `by` (m, in the world) at one speed for `duration` s (> 0), with at most `force` N
+  /// (> 0), against whatever holds it.
+  void PullObject(const std::string& object, const Eigen::Vector3d& by, double duration, double force);
+  /// From now on the object is another in truth: `mass` (kg), `friction`, and so much larger or smaller in
+  /// each of its lengths (m). What is not given stays.
+  struct Change {
+    std::optional<double> mass, friction, grow;
+  };
+  void ChangeObject(const std::string& object, const Change& change);
 
  private:
   friend class Renderer;

@@ -15,6 +15,7 @@
 #include "tether/common/error.h"
 #include "tether/common/log.h"
 #include "tether/common/text.h"
+#include "tether/math/pose_error.h"
 #include "tether/robot/mujoco_setup.h"
 #include "tether/sim/box_collision.h"
 #include "tether/sim/composer.h"
@@ -206,8 +207,8 @@ void World::Impl::Compile() {
   const std::unique_ptr<mjData, DeleteMujoco> old_data = std::move(data);
   model = LoadText(ComposeMjcf(scene, composition));
   data.reset(mj_makeData(model.get()));
-  acceleration.assign(static_cast<size_t>(model->nv), 0.0);
-  inertia_torque.assign(static_cast<size_t>(model->nv), 0.0);
+  acceleration.assign(model->nv, 0.0);
+  inertia_torque.assign(model->nv, 0.0);
   if (old_model != nullptr) {
     for (int old = 0; old < old_model->njnt; ++old) {
       const char* name = mj_id2name(old_model.get(), mjOBJ_JOINT, old);
@@ -275,12 +276,12 @@ void World::Impl::FindIds() {
     const auto rank = frictions.find(model->geom_friction[3 * geom]);
     model->geom_priority[geom] = static_cast<int>(std::distance(frictions.begin(), rank));
   }
-  std::vector<bool> rolls(static_cast<size_t>(model->ngeom), false);
+  std::vector<bool> rolls(model->ngeom, false);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int object = owner[model->geom_bodyid[geom]];
     if (object < 0 || object >= static_cast<int>(objects.size())) continue;
-    const scene::Object& one = scene.objects[static_cast<size_t>(object)];
-    rolls[static_cast<size_t>(geom)] = one.movable() && Rolls(one.shape);
+    const scene::Object& one = scene.objects[object];
+    rolls[geom] = one.movable() && Rolls(one.shape);
   }
   SetRollingFriction(model.get(), rolls);
   // What is fixed never collides with what is fixed: tables stand under robot bases, shelves on tables. A
@@ -360,8 +361,7 @@ void World::Impl::FollowDrives() {
     if (drive != drives.end()) {
       X_next = drive->second.At(next) * object.X_LO;
       const math::Pose X_now = drive->second.At(now) * object.X_LO;
-      V_WO.head<3>() = (X_next.p - X_now.p) / options.timestep;
-      V_WO.tail<3>() = math::LogSO3(X_next.R * X_now.R.transpose()) / options.timestep;
+      V_WO = math::PoseError(X_now, X_next) / options.timestep;
     }
     if (object.mode == Mode::kDriven) {
       SetFreePose(object, object.X_WO);
@@ -383,8 +383,8 @@ void World::Impl::FollowDrives() {
     }
     // An obstacle may stop the object: its speed while it catches up is limited to the motion's greatest.
     const double reach = 2 / (kCatchUp * drive->second.duration);
-    Eigen::Vector3d lag = X_now.p - X_WO.p;
-    Eigen::Vector3d turn = math::LogSO3(X_now.R * X_WO.R.transpose());
+    const math::Vector6d behind = math::PoseError(X_WO, X_now);
+    Eigen::Vector3d lag = behind.head<3>(), turn = behind.tail<3>();
     lag *= std::min(1.0, (reach * drive->second.change.head<3>().norm() + 1e-3) / (lag.norm() + 1e-12));
     turn *= std::min(1.0, (reach * drive->second.change.tail<3>().norm() + 1e-2) / (turn.norm() + 1e-12));
     V_WO.head<3>() += kCatchUp * lag;
@@ -457,6 +457,7 @@ bool World::Impl::LacksRoom() const {
 }
 
 void World::Impl::Step() {
+  ActOnObjects();
   FollowDrives();
   mj_step1(model.get(), data.get());
   while (LacksRoom()) {

@@ -45,6 +45,16 @@ struct World::Impl {
     math::Pose X_WO;  ///< Where it is, if it isn't free.
     int leader = -1;  ///< The object whose drive it follows, itself mostly; −1: none.
     math::Pose X_LO;  ///< In the leader's frame.
+    bool removed = false;
+    /// What acts on it besides contacts: a force at a point of it, or one that keeps it at a speed.
+    struct Action {
+      double end = -1e9;                                ///< s
+      Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, in the world …
+      Eigen::Vector3d at = Eigen::Vector3d::Zero();     ///< … m, in its frame.
+      Eigen::Vector3d velocity =
+          Eigen::Vector3d::Zero();  ///< m/s; with `most` above zero in place of `force`.
+      double most = 0;              ///< N
+    } action;
   };
 
   struct RobotEntry {
@@ -63,7 +73,7 @@ struct World::Impl {
     double push_begin = 0, push_end = -1e9;  ///< s
   };
 
-  const scene::Scene scene;
+  scene::Scene scene;  ///< With what objects have become.
   const std::map<std::string, std::shared_ptr<const robot::Model>> models;
   const WorldOptions options;
 
@@ -100,6 +110,9 @@ struct World::Impl {
   void Step();
   void FollowDrives();
   void ApplyForces();
+  void ActOnObjects();
+  /// Index of an object that can be moved; throws InputError.
+  int MovableIndex(const std::string& name) const;
   void ApplyPush(RobotEntry& robot);
   /// Torques of a robot's own velocity servo, which carries the arm's weight.
   void ServoVelocity(RobotEntry& robot);

@@ -11,6 +11,7 @@
 #include "tether/common/limits.h"
 #include "tether/common/output/output_header.h"
 #include "tether/common/output/record_file.h"
+#include "tether/common/stop.h"
 #include "tether/robot/model.h"
 
 namespace tether::bench {
@@ -22,8 +23,6 @@ constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
 constexpr int kMotionScenes = 100;   // of each of those
 constexpr int kSeededRuns = 30;
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
-
-bool Stopped(const CampaignOptions& options) { return options.stop != nullptr && options.stop->load(); }
 
 /// Kinds that ask for the motion of the whole arm: only where they are named.
 bool IsAboutMotion(const std::string& kind) { return kind == "around" || kind == "posts" || kind == "shelf"; }
@@ -79,7 +78,8 @@ std::optional<Value> MeasureScene(const CampaignOptions& options, const Campaign
   if (options.name == "growth") return MeasureGrowth(scene, measurement);
   if (options.name == "execution") return MeasureExecution(scene, options.no_robot, options.stop);
   if (options.name == "disturbed") return MeasureDisturbed(scene, options.stop);
-  if (options.name == "control") return MeasureControl(scene, ScenarioOf(options), options.stop);
+  if (options.name == "control")
+    return MeasureControl(scene, ScenarioOf(options), options.command, options.stop);
   measurement.ipopt = scene.seed < options.seed + kIpoptScenes;
   return MeasureRobustness(scene, measurement);
 }
@@ -111,6 +111,7 @@ Value HeaderOf(const CampaignOptions& options) {
                      .Set("restarts", options.restarts);
   if (options.name == "execution") header.Set("no_robot", options.no_robot);
   if (options.name == "control" && !options.scenario.empty()) header.Set("scenario", options.scenario);
+  if (!options.command.empty()) header.Set("command", options.command);
   return header;
 }
 
@@ -133,7 +134,8 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
        "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter, or 100 each of "
        "around, posts and shelf"},
       {"control",
-       "one scenario (the velocity controller): 30 seeds, 100 with an obstacle moved, 100 with one crossing"},
+       "one scenario, with velocities or torques: 30 seeds, 100 with an obstacle moved, 100 with one "
+       "crossing"},
       {"disturbed",
        "the shipped scenes under random disturbances, and which limits were passed; 100 of each"}};
 }
@@ -157,6 +159,11 @@ void CampaignOptions::Validate() const {
   }
   if (!scenario.empty() && name != "control")
     diagnostics.Add({}, "--scenario has no effect on campaign '" + name + "'", "with campaign 'control'");
+  if (!command.empty() && name != "control") {
+    diagnostics.Add({}, "--command has no effect on campaign '" + name + "'", "with campaign 'control'");
+  } else if (!command.empty() && command != "velocity" && command != "torque") {
+    diagnostics.Add({}, "--command is '" + command + "'", "velocity or torque");
+  }
   if (no_robot && (name == "control" || name == "disturbed"))
     diagnostics.Add({}, "--no-robot has no effect on campaign '" + name + "'",
                     "its plans are executed by an arm");
@@ -184,7 +191,7 @@ CampaignResult RunCampaign(const CampaignOptions& options, const RecordCallback&
       result.records.push_back(earlier->second);
     } else {
       std::optional<Value> record;
-      if (!Stopped(options)) record = Measure(options, scenes[i]);
+      if (!IsStopped(options.stop)) record = Measure(options, scenes[i]);
       if (!record) {
         result.interrupted = true;
         return result;

@@ -24,6 +24,7 @@ struct CampaignOptions {
       scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
   bool no_robot = false;  ///< Of execution: plan without the arm.
   std::string scenario;   ///< Of control: the scenario file; empty: the shipped assistive one.
+  std::string command;    ///< Of control: velocity or torque, in place of the scenario's; empty: that.
   int restarts = 100;     ///< Random starts, of every candidate, per scene.
   uint64_t seed = 1;      ///< Of the first scene; the others follow it.
   std::string output;     ///< File with a line of JSON per scene; empty: none.

@@ -6,12 +6,16 @@
 #include "tether/bench/process_time.h"
 #include "tether/common/text.h"
 #include "tether/evaluation/run.h"
+#include "tether/math/infinity.h"
 #include "tether/scenario/obstacle.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
 
 namespace tether::bench {
 namespace {
+
+// Of commands of velocities where the scenario is one of torques, Hz.
+constexpr double kVelocityRate = 200;
 
 Value WriteVector(const Eigen::Vector3d& v) {
   Value list = Value::Array();
@@ -31,18 +35,33 @@ void WriteRun(const evaluation::RunReport& run, const std::string& obstacle, Val
   if (!run.reason.empty()) record.Set("run_reason", run.reason);
   Value margins = Value::Array();
   for (const evaluation::Margin& margin : run.margins) {
-    if (margin.minimum > 1e200) continue;
+    if (margin.minimum == math::kInfinity) continue;
     margins.Append(evaluation::WriteMargin(margin));
-    if (margin.name == "clearance to " + obstacle) record.Set("obstacle_margin_m", margin.minimum);
+    if (margin.name != "clearance to " + obstacle) continue;
+    record.Set("obstacle_margin_m", margin.minimum);
+    // Where the arm could vacate at all; the same where it always could.
+    if (margin.avoidable < math::kInfinity) record.Set("obstacle_margin_avoidable_m", margin.avoidable);
   }
-  record.Set("margins", margins);
+  record.Set("margins", margins).Set("forces", evaluation::WriteForces(run.forces));
+}
+
+// Constrained velocities and constrained torques have the same constraints; gains and rates are of one kind.
+void SetCommand(const std::string& command, scenario::ExecutionSettings& settings) {
+  const scenario::Controller controller = command == "torque" ? scenario::Controller::kConstrainedTorque
+                                                              : scenario::Controller::kConstrainedVelocity;
+  if (command.empty() || controller == settings.controller) return;
+  settings.controller = controller;
+  settings.gain.reset();
+  settings.damping.reset();
+  settings.rate = command == "torque" ? scenario::ExecutionSettings().rate : kVelocityRate;
 }
 
 }  // namespace
 
 std::optional<Value> MeasureControl(const CampaignScene& scene, const std::string& path,
-                                    const std::atomic<bool>* stop) {
+                                    const std::string& command, const std::atomic<bool>* stop) {
   scenario::Scenario scenario = scenario::LoadScenario(path);
+  SetCommand(command, scenario.execution);
   const auto task = scenario::MakeTask(scenario);
   scene::Scene start = scenario::PerturbScene(scenario.scene, scenario.perturb, scene.seed);
   scenario::PlanningOverrides overrides;
@@ -54,6 +73,7 @@ std::optional<Value> MeasureControl(const CampaignScene& scene, const std::strin
   if (planned.status == planning::PlanStatus::kInterrupted) return std::nullopt;
   Value record = Value::Object();
   record.Set("kind", scene.kind).Set("seed", scene.seed);
+  record.Set("controller", ToString(scenario.execution.controller));
   record.Set("status", planning::ToString(planned.status)).Set("plan_cpu_s", clock.cpu_s());
   const planning::CandidateReport* best = planned.best();
   if (best == nullptr) return record.Set("reason", planned.message);
@@ -89,10 +109,10 @@ std::optional<Value> MeasureControl(const CampaignScene& scene, const std::strin
 }
 
 Value SummarizeControl(const std::vector<const Value*>& records) {
-  int runs = 0, reached = 0, retried = 0, detoured = 0, nearer = 0;
-  double nearest = 1e300;
+  int runs = 0, reached = 0, retried = 0, detoured = 0, nearer = 0, avoidable = 0;
+  double nearest = math::kInfinity, most_force = 0;
   struct Least {
-    double minimum = 1e300;
+    double minimum = math::kInfinity;
     std::string unit;
     long seed = 0;
   };
@@ -113,6 +133,10 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
       nearest = std::min(nearest, obstacle->number());
       nearer += obstacle->number() < 0 ? 1 : 0;
     }
+    if (const Value* obstacle = record->Find("obstacle_margin_avoidable_m"))
+      avoidable += obstacle->number() < 0 ? 1 : 0;
+    if (const Value* forces = record->Find("forces"))
+      most_force = std::max(most_force, forces->Find("most_n")->number());
     if (const Value* margins = record->Find("margins")) {
       for (const Value& margin : margins->items()) {
         Least& so_far = least[TextOf(margin, "name")];
@@ -141,7 +165,12 @@ Value SummarizeControl(const std::vector<const Value*>& records) {
       .Set("reached", reached)
       .Set("with_retries", retried)
       .Set("with_detours", detoured);
-  if (nearest < 1e200) summary.Set("nearer_than_safe", nearer).Set("obstacle_margin_m", nearest);
+  if (nearest < math::kInfinity) {
+    summary.Set("nearer_than_safe", nearer)
+        .Set("nearer_where_it_could_vacate", avoidable)
+        .Set("obstacle_margin_m", nearest);
+  }
+  summary.Set("most_unintended_force_n", most_force);
   return summary.Set("margins", margins).Set("failures", failures);
 }
 
@@ -151,9 +180,11 @@ std::string ControlText(const Value& row) {
                      " with detours\n";
   if (const Value* nearest = row.Find("obstacle_margin_m")) {
     text += "  nearer to the obstacle than the safe distance: " + TextOf(row, "nearer_than_safe") +
-            " runs; least distance less the safe one " + Fixed(1e3 * nearest->number(), 2) + " mm\n";
+            " runs, where the arm could vacate: " + TextOf(row, "nearer_where_it_could_vacate") +
+            "; least distance less the safe one " + Fixed(1e3 * nearest->number(), 2) + " mm\n";
   }
-  text += "  least margins:\n";
+  text += "  unintended force: at most " + Fixed(row.Find("most_unintended_force_n")->number(), 1) +
+          " N\n  least margins:\n";
   for (const Value& margin : row.Find("margins")->items()) {
     const double minimum = margin.Find("minimum")->number();
     const bool metres = TextOf(margin, "unit") == "m";

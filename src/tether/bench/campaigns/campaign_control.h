@@ -7,10 +7,11 @@
 
 namespace tether::bench {
 
-/// Runs a scenario of the velocity controller once from perturbed initial poses. `scene.kind` is "seeds", or
-/// "moved" or "crossing" with an obstacle of obstacle.h. Empty if interrupted.
+/// Runs a scenario once from perturbed initial poses. `scene.kind` is "seeds", or "moved" or "crossing" with
+/// an obstacle of obstacle.h. `command` is "velocity" or "torque", in place of what the scenario's controller
+/// commands; empty: that. Empty if interrupted.
 std::optional<Value> MeasureControl(const CampaignScene& scene, const std::string& scenario,
-                                    const std::atomic<bool>* stop);
+                                    const std::string& command, const std::atomic<bool>* stop);
 
 /// The summary of the records of one kind.
 Value SummarizeControl(const std::vector<const Value*>& records);

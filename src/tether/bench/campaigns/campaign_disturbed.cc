@@ -1,6 +1,7 @@
 #include "tether/bench/campaigns/campaign_disturbed.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <variant>
@@ -17,6 +18,8 @@ namespace {
 
 // A clearance is violated beyond this, m.
 constexpr double kViolated = 0.001;
+// The speed that a push left is taken back within this time, s.
+constexpr double kTakenBack = 0.5;
 // What is beyond a limit by less is rounding.
 constexpr double kRounding = 1e-6;
 // Unintended forces, N, and for how long, s.
@@ -32,15 +35,33 @@ constexpr Limit kLimits[] = {{"position", "joint limits"},
                              {"torque", "joint torque limits"},
                              {"torque rate", "joint torque rate limits"}};
 
-Value FindViolations(const evaluation::RunReport& run) {
+// A joint that is pushed with more than its motor has can't be held, whatever is commanded: until its speed
+// is taken back, its limits are passed.
+bool IsOverpowered(const evaluation::Margin& margin, const robot::Model& model,
+                   const std::vector<scenario::Event>& events) {
+  if (margin.name != "joint limits" && margin.name != "joint velocity limits") return false;
+  return std::any_of(events.begin(), events.end(), [&](const scenario::Event& event) {
+    if (margin.time < event.time || margin.time > event.time + event.over + kTakenBack) return false;
+    for (Eigen::Index i = 0; i < event.torques.size() && i < model.dof(); ++i) {
+      const bool joint = model.joint_names()[static_cast<size_t>(i)] == margin.what;
+      if (joint && std::abs(event.torques[i]) > model.max_torque()[i]) return true;
+    }
+    return false;
+  });
+}
+
+Value FindViolations(const evaluation::RunReport& run, const robot::Model& model,
+                     const std::vector<scenario::Event>& events) {
   Value list = Value::Array();
   const auto add = [&](const std::string& limit, double by, const std::string& what, double time) {
     list.Append(Value::Object().Set("limit", limit).Set("by", by).Set("what", what).Set("time_s", time));
   };
   for (const evaluation::Margin& margin : run.margins) {
     for (const Limit& limit : kLimits) {
-      if (margin.name == limit.margin && margin.minimum < -kRounding)
-        add(limit.name, -margin.minimum, margin.what, margin.time);
+      if (margin.name != limit.margin || margin.minimum >= -kRounding) continue;
+      const bool avoidable = !IsOverpowered(margin, model, events);
+      add(limit.name + std::string(avoidable ? "" : ", unavoidable"), -margin.minimum, margin.what,
+          margin.time);
     }
     const bool distance = margin.name.starts_with("clearance") || margin.name == "the arm itself";
     if (!distance || margin.minimum >= -kViolated) continue;
@@ -84,7 +105,7 @@ std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::ato
   Value kinds = Value::Array(), events = Value::Array();
   for (const std::string& kind : drawn.kinds) kinds.Append(kind);
   for (const scenario::Event& event : drawn.events)
-    events.Append((event.starts.empty() ? Fixed(event.time, 2) + " s" : event.starts) + ": " +
+    events.Append((event.starts.empty() ? Value(event.time).AsText() + " s" : event.starts) + ": " +
                   event.Describe());
   if (drawn.obstacle) {
     const auto& ball = std::get<geometry::Sphere>(drawn.obstacle->object.shape.parts.front().primitive);
@@ -99,7 +120,10 @@ std::optional<Value> MeasureDisturbed(const CampaignScene& scene, const std::ato
   if (run.status == evaluation::RunStatus::kInterrupted) return std::nullopt;
   record.Set("run", ToString(run.status)).Set("sim_time_s", run.sim_time_s).Set("retries", run.retries);
   if (!run.reason.empty()) record.Set("run_reason", run.reason);
-  return record.Set("violations", FindViolations(run)).Set("forces", evaluation::WriteForces(run.forces));
+  return record
+      .Set("violations",
+           FindViolations(run, *scenario.models.at(scenario::ActingRobot(start)->name), options.events))
+      .Set("forces", evaluation::WriteForces(run.forces));
 }
 
 Value SummarizeDisturbed(const std::vector<const Value*>& records) {

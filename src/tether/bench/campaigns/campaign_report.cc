@@ -48,7 +48,7 @@ void Take(const Value& record, Kind& kind) {
   if (margins == nullptr) return;
   for (const Value& margin : margins->items()) {
     const Value* least = margin.Find("minimum");
-    if (least != nullptr && least->kind() == Value::Kind::kNumber && least->number() < 1e200)
+    if (least != nullptr && least->kind() == Value::Kind::kNumber)
       kind.margins[TextOf(margin, "name") + " (" + TextOf(margin, "unit") + ")"].push_back(least->number());
   }
 }

@@ -9,6 +9,7 @@
 
 #include "tether/bench/process_time.h"
 #include "tether/common/random.h"
+#include "tether/common/stop.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/planning/plan/candidate.h"
 #include "tether/planning/program/program_builder.h"
@@ -25,10 +26,6 @@ constexpr int kMostRepetitions = 9;
 constexpr int kWarmRepetitions = 3;
 constexpr double kFarthestMove = 0.05, kMoveGap = 0.01;  // m
 constexpr int kMoveDraws = 1000;
-
-bool Stopped(const SceneMeasurementOptions& options) {
-  return options.stop != nullptr && options.stop->load();
-}
 
 /// A generated scene, ready for planning.
 struct Prepared {
@@ -164,7 +161,7 @@ std::optional<MovedScene> MoveOneObject(const scene::Scene& scene, Random random
   }
   const auto X_WO = scene::InitialPoses(scene);
   for (int draw = 0; draw < kMoveDraws && !movable.empty(); ++draw) {
-    const size_t index = movable[static_cast<size_t>(random.Index(static_cast<int>(movable.size())))];
+    const size_t index = movable[random.Index(static_cast<int>(movable.size()))];
     const scene::Object& object = scene.objects[index];
     const double distance = kFarthestMove * std::sqrt(random.Uniform(0, 1));
     const double direction = random.Uniform(0, 2 * std::numbers::pi);
@@ -209,7 +206,7 @@ std::optional<Value> MeasureRobustness(const CampaignScene& scene, const SceneMe
     int solved_at = 0;
     for (int i = 1; i <= options.restarts && solved_at == 0; ++i) {
       if (RestartAll(facts, planned.report, i).feasible) solved_at = i;
-      if (Stopped(options)) return std::nullopt;
+      if (IsStopped(options.stop)) return std::nullopt;
     }
     record.Set("restart_solved_at", solved_at);
     solvable = solved_at > 0;
@@ -239,7 +236,7 @@ std::optional<Value> MeasureQuality(const CampaignScene& scene, const SceneMeasu
   int feasible = 0, best_at = 0;
   for (int i = 1; i <= options.restarts; ++i) {
     const RestartResult one = RestartAll(facts, planned.report, i);
-    if (Stopped(options)) return std::nullopt;
+    if (IsStopped(options.stop)) return std::nullopt;
     feasible += one.feasible ? 1 : 0;
     if (one.cost < best.cost) {
       best = one;
@@ -258,12 +255,11 @@ std::optional<Value> MeasureGrowth(const CampaignScene& scene, const SceneMeasur
     double total = 0;
     do {
       const std::optional<double> cpu_s = once();
-      if (!cpu_s || Stopped(options)) return std::nullopt;
+      if (!cpu_s || IsStopped(options.stop)) return std::nullopt;
       times.push_back(*cpu_s);
       total += *cpu_s;
     } while (total < kLeastTime && times.size() < kMostRepetitions);
-    std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
-    return times[times.size() / 2];
+    return Quantile(std::move(times), 0.5);
   };
   Planned planned;
   const auto plan_cpu_s = repeat([&]() -> std::optional<double> {
@@ -317,7 +313,7 @@ std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMea
                                        planning::Limits(problem.search));
   };
   const planning::Verdict before = optimize(prepared.problem);
-  if (Stopped(options)) return std::nullopt;
+  if (IsStopped(options.stop)) return std::nullopt;
   const auto moved = MoveOneObject(prepared.problem.scene, Random(scene.seed).Split("move"));
   if (!moved || before.optimum == nullptr) return record.Set("moved", "no object has room to be moved");
   planning::Problem problem = prepared.problem;
@@ -341,7 +337,7 @@ std::optional<Value> MeasureWarmStart(const CampaignScene& scene, const SceneMea
   };
   record.Set("moved", moved->object).Set("moved_by_m", moved->distance);
   record.Set("cold", measure(false)).Set("warm", measure(true));
-  if (Stopped(options)) return std::nullopt;
+  if (IsStopped(options.stop)) return std::nullopt;
   return record;
 }
 

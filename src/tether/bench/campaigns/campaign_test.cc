@@ -109,6 +109,12 @@ TEST_F(CampaignTest, MistakesNameTheOptionAndWhatIsAccepted) {
   options.name = "growth";
   options.kinds = {"reach"};
   EXPECT_THAT(Error(options), HasSubstr("--kind has no effect on campaign 'growth'"));
+  options.command = "torque";
+  EXPECT_THAT(Error(options), HasSubstr("--command has no effect on campaign 'growth'"));
+  options = {};
+  options.name = "control";
+  options.command = "torques";
+  EXPECT_THAT(Error(options), HasSubstr("--command is 'torques' (velocity or torque)"));
 }
 
 Value Parse(const std::string& text) { return ParseYaml(text, "record"); }

@@ -101,8 +101,7 @@ class Drawing {
       if (object.movable()) objects.push_back(&object);
     }
     if (objects.empty()) return;
-    const scene::Object& object =
-        *objects[static_cast<size_t>(random_.Index(static_cast<int>(objects.size())))];
+    const scene::Object& object = *objects[random_.Index(static_cast<int>(objects.size()))];
     for (int i = 0; i < kDraws; ++i) {
       scenario::Event event = Slide(object.name, kNearest, kFurthest);
       if (!StaysOnSomething(object, event.X_by.p)) continue;
@@ -121,7 +120,7 @@ class Drawing {
       if (target && !CarriesRobot(object)) names.push_back(object.name);
     }
     if (names.empty()) return Moved();
-    const std::string& name = names[static_cast<size_t>(random_.Index(static_cast<int>(names.size())))];
+    const std::string& name = names[random_.Index(static_cast<int>(names.size()))];
     scenario::Event event = Slide(name, kNearest, kFurthest);
     event.time = Time();
     Add("support", std::move(event));
@@ -136,8 +135,7 @@ class Drawing {
         puts.push_back(i);
     }
     if (puts.empty()) return Moved();
-    const planning::PlanStep& step =
-        plan_.steps[puts[static_cast<size_t>(random_.Index(static_cast<int>(puts.size())))]];
+    const planning::PlanStep& step = plan_.steps[puts[random_.Index(static_cast<int>(puts.size()))]];
     const auto after = static_cast<size_t>(step.action_index) + 1;
     const size_t left = plan_.actions.size() - after;
     scenario::Event event = Slide(step.control, 0.03, 0.07);
@@ -150,7 +148,7 @@ class Drawing {
       }
       if (!others.empty()) {
         event.has_goal = true;
-        event.parent = others[static_cast<size_t>(random_.Index(static_cast<int>(others.size())))];
+        event.parent = others[random_.Index(static_cast<int>(others.size()))];
         event.X_ParentGoal.p = {random_.Uniform(-0.02, 0.02), random_.Uniform(-0.02, 0.02), 0.06};
         event.over = 2;
       }

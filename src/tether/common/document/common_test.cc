@@ -79,7 +79,7 @@ TEST(DiagnosticTest, LongValuesArePrintedWithoutTheirMiddle) {
                                      ::testing::EndsWith("' is no number (a number)")));
   // Characters stay whole wherever they lie.
   for (int shift = 0; shift < 3; ++shift) {
-    std::string euros(static_cast<size_t>(shift), '.');
+    std::string euros(shift, '.');
     for (int i = 0; i < 1000; ++i) euros += "\u20ac";
     const std::string shown = InputError(euros).what();
     for (size_t i = 0; i < shown.size();) {

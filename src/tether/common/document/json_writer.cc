@@ -72,7 +72,7 @@ void WriteJson(const Value& value, int indent, int depth, std::string& out) {
   const auto new_line = [&](int level) {
     if (indent <= 0) return;
     out += '\n';
-    out.append(static_cast<size_t>(indent * level), ' ');
+    out.append(indent * level, ' ');
   };
   switch (value.kind()) {
     case Value::Kind::kNull:

@@ -75,8 +75,8 @@ class LinkClearance final : public ArmFunction {
  public:
   LinkClearance(ModelPtr model, int solid, int part, geometry::Part other, double distance)
       : ArmFunction(model, 1, 2, Unit::kMetre),
-        link_(model->solids().links[static_cast<size_t>(solid)].link),
-        part_(model->solids().links[static_cast<size_t>(solid)].shape.parts[static_cast<size_t>(part)]),
+        link_(model->solids().links[solid].link),
+        part_(model->solids().links[solid].shape.parts[part]),
         other_(std::move(other)),
         distance_(distance) {}
 
@@ -131,12 +131,11 @@ class SelfClearance final : public ArmFunction {
   static Placed Find(const robot::Model& model, int solid, int part) {
     const robot::ArmSolids& solids = model.solids();
     if (solid == solids.hand()) {
-      const geometry::Part found =
-          model.HandShape(model.gripper().max_opening).parts[static_cast<size_t>(part)];
+      const geometry::Part found = model.HandShape(model.gripper().max_opening).parts[part];
       return {model.dof(), found.primitive, model.chain().X_LH * found.X_SP};
     }
-    const robot::LinkSolid& link = solids.links[static_cast<size_t>(solid)];
-    const geometry::Part& found = link.shape.parts[static_cast<size_t>(part)];
+    const robot::LinkSolid& link = solids.links[solid];
+    const geometry::Part& found = link.shape.parts[part];
     return {link.link, found.primitive, found.X_SP};
   }
 

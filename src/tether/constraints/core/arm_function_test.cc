@@ -48,7 +48,7 @@ std::vector<Named> AllFunctions() {
            }},
           {"SelfClearance", [](Random& r) {
              const auto& pairs = Panda()->solids().pairs;
-             const auto& [a, b] = pairs[static_cast<size_t>(r.Index(static_cast<int>(pairs.size())))];
+             const auto& [a, b] = pairs[r.Index(static_cast<int>(pairs.size()))];
              return MakeSelfClearance(Panda(), a, 0, b, 0, 0.01);
            }}};
 }
@@ -86,7 +86,7 @@ TEST(ArmFunctionTest, DerivativesAreExact) {
           std::vector<Pose> Y = X;
           math::Vector6d delta = math::Vector6d::Zero();
           delta[j % 6] = by;
-          Y[static_cast<size_t>(j / 6)] = Y[static_cast<size_t>(j / 6)] * math::ExpSE3(delta);
+          Y[j / 6] = Y[j / 6] * math::ExpSE3(delta);
           return Y;
         };
         f->Evaluate(q, moved(step), plus, nullptr, nullptr);

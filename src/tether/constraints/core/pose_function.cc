@@ -22,7 +22,7 @@ class HalfSpaces final : public PoseFunction {
   void Evaluate(std::span<const Pose> X, VectorRef r, JacobianRef* J) const override {
     const Relative relative(X[0], X[1]);
     for (int i = 0; i < size(); ++i) {
-      const HalfSpaceRow& row = rows_[static_cast<size_t>(i)];
+      const HalfSpaceRow& row = rows_[i];
       r[i] = row.n_B.dot(relative.X_BA * row.p_AQ) - row.offset;
       if (J != nullptr) relative.PointRow(row.n_B, row.p_AQ, i, 0, 6, *J);
     }
@@ -47,14 +47,14 @@ class MeanHalfSpaces final : public PoseFunction {
       p_BC += points_[k].share * (X_BA * p_AQ);
       if (J == nullptr) continue;
       for (int i = 0; i < size(); ++i) {
-        const Vector3d n_A = points_[k].share * (X_BA.R.transpose() * planes_[static_cast<size_t>(i)].n_B);
+        const Vector3d n_A = points_[k].share * (X_BA.R.transpose() * planes_[i].n_B);
         const auto column = 6 * static_cast<Eigen::Index>(k + 1);
         J->block<1, 3>(i, column) = n_A.transpose();
         J->block<1, 3>(i, column + 3) = p_AQ.cross(n_A).transpose();
       }
     }
     for (int i = 0; i < size(); ++i) {
-      const Plane& plane = planes_[static_cast<size_t>(i)];
+      const Plane& plane = planes_[i];
       r[i] = plane.n_B.dot(p_BC) - plane.offset;
       if (J == nullptr) continue;
       J->block<1, 3>(i, 0) = -plane.n_B.transpose();
@@ -76,7 +76,7 @@ class Directions final : public PoseFunction {
     const Matrix3d R_BA = X[0].R.transpose() * X[1].R;
     if (J != nullptr) J->setZero();
     for (int i = 0; i < size(); ++i) {
-      const DirectionRow& row = rows_[static_cast<size_t>(i)];
+      const DirectionRow& row = rows_[i];
       const Vector3d d_B = R_BA * row.d_A;
       r[i] = row.e_B.dot(d_B) - row.value;
       if (J != nullptr) {
@@ -141,7 +141,7 @@ class Displacement final : public PoseFunction {
     const Vector3d d = X1.p - X0.p;
     if (J != nullptr) J->setZero();
     for (int i = 0; i < size(); ++i) {
-      const Vector3d& n = n_[static_cast<size_t>(i)];
+      const Vector3d& n = n_[i];
       const Vector3d n_B = in_target_ ? n : Vector3d(X0.R * n);
       r[i] = n_B.dot(d);
       if (J == nullptr) continue;

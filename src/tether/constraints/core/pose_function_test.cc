@@ -122,12 +122,12 @@ TEST_P(PoseFunctionTest, DerivativeAgreesWithNumericDifferentiation) {
         const Eigen::MatrixXd numeric = math::NumericPoseJacobian(
             [&](const Pose& X_k) {
               std::vector<Pose> moved = X;
-              moved[static_cast<size_t>(k)] = X_k;
+              moved[k] = X_k;
               Eigen::VectorXd value(f->size());
               f->Evaluate(moved, value, nullptr);
               return value;
             },
-            X[static_cast<size_t>(k)], step);
+            X[k], step);
         EXPECT_LT((numeric - J.middleCols(6 * k, 6)).cwiseAbs().maxCoeff(), 2e-7)
             << "frame " << k << ", angle " << angle;
       }

@@ -215,7 +215,7 @@ void BuildGraspable(const Context& context, const Parameters& parameters, RowSin
     return flaws.proved() ? sink.Refute(flaws.Describe(context.Name(object)))
                           : sink.Decline(flaws.Describe(context.Name(object)));
   }
-  const Part& part = shape->parts[static_cast<size_t>(grasp->part)];
+  const Part& part = shape->parts[grasp->part];
   const std::string label = "graspable(" + context.Name(object) + ")";
   const std::vector<FrameAt> frames{{object, context.step()}, {context.hand(), context.step()}};
   const Vector3d up = -grasp->approach_O;
@@ -279,7 +279,7 @@ void CheckGraspable(const Context& context, const Parameters& parameters, Findin
                   });
   // The part between the fingers is the one that the grasp point is in; measure it along the closing axis.
   const int index = geometry::DistanceToPoint(*shape, Pose(), X_OH.p).part;
-  const Part& part = shape->parts[static_cast<size_t>(index)];
+  const Part& part = shape->parts[index];
   const Vector3d closing = X_OH.R.col(1);
   const double upper = PartSupport(part, closing) - closing.dot(X_OH.p);
   const double lower = PartSupport(part, -closing) + closing.dot(X_OH.p);

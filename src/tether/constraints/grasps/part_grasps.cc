@@ -177,7 +177,7 @@ std::string GraspFlaws::Describe(const std::string& object) const {
 std::vector<Grasp> GraspsOfPart(const geometry::Shape& shape, int index, const Vector3d& approach_O,
                                 const Vector3d& down_O, const Fingers& fingers, const Load& load,
                                 bool only_approach, GraspFlaws& flaws) {
-  const Part& part = shape.parts[static_cast<size_t>(index)];
+  const Part& part = shape.parts[index];
   // From the lowest of the object to the highest grasp point that the part offers: for all closing directions
   // alike.
   const double height = PartSupport(part, -approach_O) + geometry::Support(shape, approach_O);

@@ -57,8 +57,7 @@ std::vector<FlatSide> FlatSides(const geometry::Part& part) {
         if (taken[j] || polytope.faces[j].normal.dot(face.normal) < kSameSide) continue;
         const std::vector<int>& others = polytope.faces[j].corners;
         taken[j] = std::all_of(others.begin(), others.end(), [&](int corner) {
-          return face.normal.dot(polytope.vertices[static_cast<size_t>(corner)]) >=
-                 face.offset - geometry::kInputLength;
+          return face.normal.dot(polytope.vertices[corner]) >= face.offset - geometry::kInputLength;
         });
         if (!taken[j]) continue;
         merged = true;
@@ -69,8 +68,7 @@ std::vector<FlatSide> FlatSides(const geometry::Part& part) {
         side.corners = flat.points;
         continue;
       }
-      for (const int corner : face.corners)
-        side.corners.push_back(part.X_SP * polytope.vertices[static_cast<size_t>(corner)]);
+      for (const int corner : face.corners) side.corners.push_back(part.X_SP * polytope.vertices[corner]);
     }
   }
   return sides;

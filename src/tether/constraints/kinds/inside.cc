@@ -100,7 +100,7 @@ void GuessInside(const Context& context, const Parameters& parameters, Pose& X_T
   if (parameters.Frame("of") != context.target() || context.control() != context.hand()) return;
   const geometry::Shape* shape = context.ShapeOf(parameters.Frame("of"));
   if (shape == nullptr) return;
-  const Part& part = shape->parts[static_cast<size_t>(GraspedPart(context, parameters.Frame("of")))];
+  const Part& part = shape->parts[GraspedPart(context, parameters.Frame("of"))];
   // Along the part, as near to where the hand is as the margin allows.
   const double margin = parameters.Number("margin");
   Vector3d p_PC = part.X_SP.Inverse() * X_TC.p;
@@ -135,7 +135,7 @@ void BuildInside(const Context& context, const Parameters& parameters, RowSink& 
     AddRegionRows(*region, margin, label, frames, sink);
   } else if (const geometry::Shape* shape = context.ShapeOf(of)) {
     const int part = frame == context.hand() ? GraspedPart(context, of) : 0;
-    AddPartRows(shape->parts[static_cast<size_t>(part)], margin, label, frames, sink);
+    AddPartRows(shape->parts[part], margin, label, frames, sink);
   }
 }
 

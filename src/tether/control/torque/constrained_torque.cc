@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "tether/common/document/option_check.h"
 #include "tether/common/error.h"
 #include "tether/control/torque/constrained_torque_impl.h"
 #include "tether/robot/gravity.h"
@@ -30,56 +31,48 @@ LoadEstimatorOptions LoadOptions(const TorqueOptions& options) {
 void TorqueOptions::Validate() const {
   gains.Validate();
   Diagnostics diagnostics;
-  const auto require = [&](const char* name, double value, bool zero, double most = 1e9) {
-    if (std::isfinite(value) && (value > 0 || (zero && value == 0)) && value <= most) return;
-    diagnostics.Add({}, std::string("'") + name + "' of the torque controller is " + std::to_string(value),
-                    most == 1 ? "a number above 0, at most 1, is accepted"
-                    : zero    ? "a finite number of at least zero is accepted"
-                              : "a finite number above zero is accepted");
-  };
-  require("period", period, false);
-  require("null_weight", null_weight, false);
-  require("rotation_weight", rotation_weight, false);
-  require("field_rate", field_rate, false);
-  require("field_damping", field_damping, false);
-  require("field_share", field_share, false, 1);
-  require("field_braking", field_braking, false);
-  require("buffer", buffer, true);
-  require("angle_buffer", angle_buffer, true);
-  require("velocity_share", velocity_share, false, 1);
-  require("torque_share", torque_share, false, 1);
-  require("rate_share", rate_share, false, 1);
-  require("rate_margin", rate_margin, false, 1);
-  require("joint_margin", joint_margin, true);
-  require("limit_gap", limit_gap, true);
-  require("return_speed", return_speed, false);
-  require("self_distance", self_distance, true);
-  require("range", range, false);
-  require("most_needed", most_needed, false);
-  require("brake_rate", brake_rate, false);
-  require("contact.threshold", contact.threshold, false);
-  require("contact.hold", contact.hold, true);
-  require("contact.filter", contact.filter, false);
-  require("contact.touch", contact.touch, true);
-  require("contact.released", contact.released, false);
-  require("contact.released_for", contact.released_for, true);
-  require("lead", lead, true);
-  require("contact.retreat", contact.retreat, true);
-  require("contact.yield", contact.yield, true);
-  require("max_iterations", max_iterations, false);
-  require("max_solves", max_solves, false);
+  const OptionCheck check("the torque controller", &diagnostics);
+  check.Positive("period", period);
+  check.Positive("null_weight", null_weight);
+  check.Positive("rotation_weight", rotation_weight);
+  check.Positive("field_rate", field_rate);
+  check.Positive("field_damping", field_damping);
+  check.Share("field_share", field_share);
+  check.Positive("field_braking", field_braking);
+  check.NotNegative("buffer", buffer);
+  check.NotNegative("angle_buffer", angle_buffer);
+  check.Share("velocity_share", velocity_share);
+  check.Share("torque_share", torque_share);
+  check.Share("rate_share", rate_share);
+  check.Share("rate_margin", rate_margin);
+  check.NotNegative("joint_margin", joint_margin);
+  check.NotNegative("limit_gap", limit_gap);
+  check.Positive("return_speed", return_speed);
+  check.NotNegative("self_distance", self_distance);
+  check.Positive("range", range);
+  check.Positive("most_needed", most_needed);
+  check.Positive("brake_rate", brake_rate);
+  check.Positive("contact.threshold", contact.threshold);
+  check.NotNegative("contact.hold", contact.hold);
+  check.Positive("contact.filter", contact.filter);
+  check.NotNegative("contact.touch", contact.touch);
+  check.Positive("contact.released", contact.released);
+  check.NotNegative("contact.released_for", contact.released_for);
+  check.NotNegative("lead", lead);
+  check.NotNegative("contact.retreat", contact.retreat);
+  check.NotNegative("contact.yield", contact.yield);
+  check.Positive("max_iterations", max_iterations);
+  check.Positive("max_solves", max_solves);
   diagnostics.ThrowIfAny();
 }
 
 ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, const Pose& X_WBase_in,
-                              const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+                              const std::vector<Solid>& objects,
+                              const std::vector<ClearanceConstraint>& clearances,
                               std::vector<FieldConstraint> fields_in, const TorqueOptions& options_in)
-    : model(std::move(model_in)),
+    : ConstrainedArm(std::move(model_in), X_WBase_in, objects, clearances, std::move(fields_in),
+                     options_in.self_distance),
       options(options_in),
-      X_BW(X_WBase_in.Inverse()),
-      n(model->dof()),
-      kinematics(model),
-      bodies(model, objects),
       reserve(*model),
       watch(n, options.contact),
       load(n, X_BW.R * Vector3d(0, 0, -robot::kGravity), LoadOptions(options)),
@@ -110,6 +103,7 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
                                   &work,
                                   &unexplained,
                                   &thrown,
+                                  &across,
                                   &wanted,
                                   &goal_row,
                                   &qddot,
@@ -121,26 +115,6 @@ ConstrainedTorque::Impl::Impl(std::shared_ptr<const robot::Model> model_in, cons
     matrix->setZero(kMostFunctionRows, 12);
   }
   function_rows.unused.setZero(kMostFunctionRows);
-  for (const ClearanceConstraint& clearance : clearances) {
-    AddClearancePairs(bodies, clearance, static_cast<int>(names.size()), pairs);
-    names.push_back(clearance.name);
-  }
-  AddSelfPairs(*model, options.self_distance, static_cast<int>(names.size()), pairs);
-  names.emplace_back("self");
-  for (int body = 0; body < bodies.num_bodies(); ++body) {
-    double radius = 0;
-    for (const ArmBodies::Part* part = bodies.begin(body); part != bodies.end(body); ++part) {
-      radius = std::max(radius, part->X_FP.p.norm() + part->radius);
-    }
-    body_radius.push_back(radius);
-  }
-  body_speed.resize(body_radius.size());
-  first_field = static_cast<int>(names.size());
-  for (FieldConstraint& field : fields_in) {
-    names.push_back(field.name);
-    fields.push_back(std::move(field));
-  }
-  fixed_fields = fields.size();
   SetRoom();
 }
 
@@ -151,11 +125,9 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
     return false;
   }
   task_finite = std::isfinite(task.max_force) && (task.hand == nullptr || IsFinite(*task.hand)) &&
-                (task.posture == nullptr || task.posture->allFinite());
-  rows_finite = std::isfinite(input.opening);
-  for (const MovingPose& object : input.objects) {
-    rows_finite = rows_finite && object.X.R.allFinite() && object.X.p.allFinite() && object.V.allFinite();
-  }
+                (task.posture == nullptr || task.posture->allFinite()) &&
+                (task.velocities == nullptr || task.velocities->allFinite());
+  rows_finite = std::isfinite(input.opening) && AllFinite(input.objects);
   v = state.v();
   M = state.M();
   J = state.J_BH();
@@ -174,14 +146,7 @@ bool ConstrainedTorque::Impl::TakeInput(const TorqueInput& input, const TorqueTa
   kinematics.Set(state.q());
   motion.Set(kinematics, v);
   if (!rows_finite) return true;
-  bodies.PlaceArm(kinematics, input.opening);
-  for (size_t i = 0; i < input.objects.size(); ++i) {
-    MovingPose moved;
-    moved.X = X_BW * input.objects[i].X;
-    moved.V.head<3>() = X_BW.R * input.objects[i].V.head<3>();
-    moved.V.tail<3>() = X_BW.R * input.objects[i].V.tail<3>();
-    bodies.Place(static_cast<int>(i), moved);
-  }
+  PlaceBodies(input.opening, input.objects);
   return true;
 }
 
@@ -209,10 +174,12 @@ void ConstrainedTorque::Impl::AddObjective(const TorqueTask& task) {
   g.setZero();
   // Where something is not finite the arm brakes, under the constraints that are known.
   flags.fault = !rows_finite || !task_finite;
-  if (flags.fault || (task.hand == nullptr && task.goal == nullptr)) {
+  if (flags.fault || (task.hand == nullptr && task.goal == nullptr && task.velocities == nullptr)) {
     AddBrake(1, options.brake_rate);
   } else if (flags.yielding) {
     AddRetreat();
+  } else if (task.velocities != nullptr) {
+    AddVelocities(*task.velocities, task.max_force);
   } else {
     if (task.hand != nullptr) AddHand(*task.hand, task.max_force);
     if (task.goal != nullptr) AddGoal(*task.goal, task.max_force);
@@ -249,10 +216,10 @@ void ConstrainedTorque::Impl::Fault(const TorqueInput& input) {
 
 ConstrainedTorque::ConstrainedTorque(std::shared_ptr<const robot::Model> model, const Pose& X_WBase,
                                      const std::vector<Solid>& objects,
-                                     std::vector<ClearanceConstraint> clearances,
+                                     const std::vector<ClearanceConstraint>& clearances,
                                      std::vector<FieldConstraint> fields, const TorqueOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, std::move(clearances),
-                                   std::move(fields), options)) {}
+    : impl_(std::make_unique<Impl>(std::move(model), X_WBase, objects, clearances, std::move(fields),
+                                   options)) {}
 ConstrainedTorque::~ConstrainedTorque() = default;
 ConstrainedTorque::ConstrainedTorque(ConstrainedTorque&&) noexcept = default;
 ConstrainedTorque& ConstrainedTorque::operator=(ConstrainedTorque&&) noexcept = default;
@@ -261,14 +228,8 @@ const ArmBodies& ConstrainedTorque::bodies() const { return impl_->bodies; }
 const TorqueOptions& ConstrainedTorque::options() const { return impl_->options; }
 
 void ConstrainedTorque::SetExtraFields(std::vector<FieldConstraint> fields) {
-  Impl& s = *impl_;
-  s.fields.resize(s.fixed_fields);
-  s.names.resize(static_cast<size_t>(s.first_field) + s.fixed_fields);
-  for (FieldConstraint& field : fields) {
-    s.names.push_back(field.name);
-    s.fields.push_back(std::move(field));
-  }
-  s.SetRoom();
+  impl_->SetExtraFields(std::move(fields));
+  impl_->SetRoom();
 }
 
 void ConstrainedTorque::Allow(std::span<const std::pair<int, int>> pairs) {

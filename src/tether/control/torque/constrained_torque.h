@@ -70,6 +70,8 @@ struct TorqueTask {
   const Eigen::VectorXd* posture = nullptr;  ///< Where redundancy leads, n, rad.
   double max_force = 40;                     ///< That the servo presses with, N.
   const JointTarget* joints = nullptr;       ///< A path of the whole arm, in place of the posture.
+  /// n, rad/s: joint velocities to follow in place of all that, of a controller that keeps the constraints.
+  const Eigen::VectorXd* velocities = nullptr;
 };
 
 /// What the last tick had to do besides following its task.
@@ -116,7 +118,7 @@ class ConstrainedTorque {
  public:
   /// Throws InputError for options that are not valid.
   ConstrainedTorque(std::shared_ptr<const robot::Model> model, const math::Pose& X_WBase,
-                    const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+                    const std::vector<Solid>& objects, const std::vector<ClearanceConstraint>& clearances,
                     std::vector<FieldConstraint> fields, const TorqueOptions& options);
   ~ConstrainedTorque();
   ConstrainedTorque(ConstrainedTorque&&) noexcept;

@@ -8,16 +8,13 @@
 
 #include <Eigen/Cholesky>
 
-#include "tether/control/clearance_pairs.h"
+#include "tether/control/constrained_arm.h"
+#include "tether/control/pair_bounds.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/joint_braking.h"
 #include "tether/control/torque/link_motion.h"
-#include "tether/qp/hierarchy.h"
 
 namespace tether::control {
-
-/// Goals and fields have at most so many rows each.
-inline constexpr int kMostFunctionRows = 12;
 
 /// The rows of a function of frames (target, frame) along the arm's motion: r, ṙ, and r̈ = A q̈ + bias.
 struct FunctionRows {
@@ -27,7 +24,7 @@ struct FunctionRows {
   Eigen::VectorXd unused;
 };
 
-struct ConstrainedTorque::Impl {
+struct ConstrainedTorque::Impl : ConstrainedArm<ConstrainedTorque::Row> {
   /// A frame with its twist, and the twist's derivative without q̈, all in the frame itself.
   struct MovingFrame {
     math::Pose X_BF;
@@ -36,19 +33,17 @@ struct ConstrainedTorque::Impl {
   };
 
   Impl(std::shared_ptr<const robot::Model> model_in, const math::Pose& X_WBase_in,
-       const std::vector<Solid>& objects, std::vector<ClearanceConstraint> clearances,
+       const std::vector<Solid>& objects, const std::vector<ClearanceConstraint>& clearances,
        std::vector<FieldConstraint> fields_in, const TorqueOptions& options_in);
 
   // torque_rows.cc
   void SetRoom();
   void AddPairRows();
-  /// No point of a body moves faster, m/s.
-  double FastestOf(int body) const;
+  void MoveBodies();
   void AddFieldRows(const FieldConstraint& field, int constraint);
   MovingFrame FrameNow(const Frame& frame, bool target) const;
   void Evaluate(const constraints::PoseFunction& function, const Frame& target, const Frame& frame,
                 FunctionRows& out) const;
-  double* NewRow(const Row& row);
   /// What a row's second derivative must not be below: near its limit …
   double NeededNear(double value, double rate) const;
   /// … and so that it can be braked before; −`most` if that holds in any case. `slope`: its derivative in q.
@@ -58,9 +53,11 @@ struct ConstrainedTorque::Impl {
   void AddHand(const HandTarget& target, double max_force);
   void AddJoints(const JointTarget& joints);
   void AddGoal(const Goal& goal, double max_force);
+  void AddVelocities(const Eigen::VectorXd& velocities, double max_force);
+  double PressedShare(const math::Vector6d& a, const math::Vector6d& V_BH, double max_force);
   void AddPosture(const Eigen::VectorXd* posture);
   void AvoidSingularity();
-  void AddBrake(double weight, double rate);
+  void AddBrake(double weight, double rate, const Eigen::VectorXd* against = nullptr);
   void AddRetreat();
 
   // torque_solve.cc
@@ -78,41 +75,19 @@ struct ConstrainedTorque::Impl {
   void AddObjective(const TorqueTask& task);
   void Fault(const TorqueInput& input);
 
-  Eigen::Map<const Eigen::RowVectorXd> Jacobian(int row) const {
-    return {jacobians.data() + static_cast<size_t>(row) * static_cast<size_t>(n), n};
-  }
-
-  std::shared_ptr<const robot::Model> model;
   TorqueOptions options;
-  math::Pose X_BW;
-  int n;
-  robot::Kinematics kinematics;
   LinkMotion motion;
-  ArmBodies bodies;
   BrakingReserve reserve;
   ContactWatch watch;
   LoadEstimator load;
-  std::vector<std::string> names;
-  std::vector<ClearancePair> pairs;
-  std::vector<FieldConstraint> fields;
-  size_t fixed_fields = 0;
-  int first_field = 0;
-  std::vector<double> body_radius;  ///< Of a ball about its frame's origin that holds all parts, m.
-  std::vector<double> body_speed;   ///< FastestOf(), in this tick.
+  PairBounds pair_bounds;
 
-  std::vector<Row> rows;
-  std::vector<double> jacobians;  ///< n per row
-  int num_rows = 0;
-  bool rows_finite = true, task_finite = true;
+  bool task_finite = true;
   std::vector<ContactCandidate> candidates;
   int num_candidates = 0;
   std::vector<int> chosen;    ///< Rows in the QP …
   std::vector<double> sides;  ///< … and what A q̈ must not be below there.
   int num_chosen = 0;
-  std::vector<int> levels;
-  std::unique_ptr<qp::Problem> problem, conflict_problem;
-  std::unique_ptr<qp::Solver> solver;
-  std::unique_ptr<qp::HierarchySolver> conflict_solver;
 
   // Of this tick.
   Eigen::VectorXd v, carried, hold;  ///< Joint velocities; JᵀF of the payload; h + carried.
@@ -126,11 +101,11 @@ struct ConstrainedTorque::Impl {
   Eigen::VectorXd smooth_lower, smooth_upper;  ///< Acceleration and jerk.
   Eigen::VectorXd lower, upper;                ///< All of these.
   Eigen::VectorXd work, unexplained;
-  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s².
+  Eigen::VectorXd thrown;  ///< Joint accelerations by what pushes the arm, rad/s² …
+  Eigen::VectorXd across;  ///< … without those along a contact's normal.
 
   FunctionRows function_rows;
   Eigen::VectorXd wanted, goal_row;
-  double error_m = 0, error_rad = 0;
 
   bool started = false;
   Eigen::VectorXd qddot, torque;

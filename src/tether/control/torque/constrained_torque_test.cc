@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/control/sign_changes.h"
 #include "testing/control/torque_arm.h"
 #include "tether/common/error.h"
 #include "tether/common/random.h"
@@ -88,6 +89,49 @@ TEST(ConstrainedTorque, TracksACircleAsOperationalSpaceControlDoes) {
   EXPECT_EQ(arm.Exceeded(), "");
   RecordProperty("error_ratio", std::to_string(now.error / before.error));
   RecordProperty("work_ratio", std::to_string(now.work / before.work));
+}
+
+TEST(ConstrainedTorque, FollowsJointVelocities) {
+  TorqueArm arm;
+  ConstrainedTorque controller(arm.model, Pose(), {}, {}, {}, {});
+  VectorXd wanted = VectorXd::Zero(7);
+  TorqueTask task;
+  task.velocities = &wanted;
+  for (int i = 0; i < 4000; ++i) {
+    for (int j = 0; j < 7; ++j) wanted[j] = 0.2 * std::sin(0.001 * i * (1 + 0.2 * j));
+    arm.Step(controller.Compute({arm.state, 0.04, {}}, task));
+    if (i > 200) {
+      EXPECT_LT((arm.v - wanted).cwiseAbs().maxCoeff(), 0.012) << i;
+    }
+  }
+  EXPECT_EQ(arm.Exceeded(), "");
+}
+
+// An arm that does not move whatever it is told: what holds it feels no more than is allowed.
+TEST(ConstrainedTorque, VelocitiesArePressedForWithNoMoreThanIsAllowed) {
+  for (const double most : {15.0, 40.0}) {
+    TorqueArm arm;
+    ConstrainedTorque controller(arm.model, Pose(), {}, {}, {}, {});
+    VectorXd wanted = VectorXd::Zero(7);
+    wanted[1] = 2;
+    wanted[3] = -1;
+    TorqueTask task;
+    task.velocities = &wanted;
+    task.max_force = most;
+    double force = 0;
+    for (int i = 0; i < 300; ++i) {
+      const VectorXd excess = controller.Compute({arm.state, 0.04, {}}, task) - arm.state.bias();
+      const Eigen::MatrixXd MinvJt = arm.state.M().llt().solve(arm.state.J_BH().transpose());
+      const Eigen::MatrixXd mobility = arm.state.J_BH() * MinvJt;
+      force = mobility.topLeftCorner<3, 3>()
+                  .llt()
+                  .solve(Vector3d((MinvJt.transpose() * excess).head<3>()))
+                  .norm();
+      EXPECT_TRUE(i < 20 || controller.flags().force_limit);
+    }
+    EXPECT_LT(force, 1.05 * most);
+    EXPECT_GT(force, 0.3 * most);
+  }
 }
 
 // Targets that jump anywhere, far out of reach, behind the base: no limit is passed, whatever they are.
@@ -177,20 +221,12 @@ TEST(ConstrainedTorque, StandsStillAtAnObstacle) {
   HandTarget target;
   target.X_BH = arm.state.X_BH();
   target.X_BH.p.x() = 0.9;
-  VectorXd last_sign = VectorXd::Zero(7);
-  std::vector<int> last_time(7, -1000000);
-  int changes = 0;
+  SignChanges changes(7);
   for (int i = 0; i < 12000; ++i) {
     arm.Step(controller.Compute({arm.state, 0.04, poses}, {&target, nullptr, &arm.model->home()}));
-    for (int j = 0; i > 2000 && j < 7; ++j) {
-      if (std::abs(arm.v[j]) < 0.01) continue;
-      const double sign = arm.v[j] > 0 ? 1 : -1;
-      if (sign == -last_sign[j] && i - last_time[static_cast<size_t>(j)] < 100) ++changes;
-      last_sign[j] = sign;
-      last_time[static_cast<size_t>(j)] = i;
-    }
+    if (i > 2000) changes.Observe(0.001 * i, arm.v);
   }
-  EXPECT_EQ(changes, 0);
+  EXPECT_EQ(changes.count(), 0);
   EXPECT_LT(arm.v.norm(), 5e-3);
 }
 

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "tether/geometry/hull/polytope.h"
+#include "tether/math/infinity.h"
 
 namespace tether::control {
 namespace {
@@ -79,7 +80,7 @@ Surface Of(const geometry::Cylinder& cylinder, const Vector3d& m, const Vector3d
 
 Surface Of(const geometry::Hull& hull, const Vector3d& m, const Vector3d&) {
   Surface surface;
-  double most = -1e300;
+  double most = -math::kInfinity;
   for (const Vector3d& p : hull.polytope->vertices) most = std::max(most, m.dot(p));
   Vector3d first = Vector3d::Zero();
   int count = 0;

@@ -8,7 +8,8 @@
 
 namespace tether::control {
 
-Dexterity FindDexterity(const robot::Kinematics& kinematics, const Eigen::MatrixXd& J_BH, double length) {
+Dexterity FindDexterity(const robot::Kinematics& kinematics, const Eigen::MatrixXd& J_BH, double length,
+                        double below) {
   using Eigen::Vector3d;
   const int n = kinematics.dof();
   Dexterity dexterity;
@@ -22,6 +23,7 @@ Dexterity FindDexterity(const robot::Kinematics& kinematics, const Eigen::Matrix
   const Eigen::LLT<math::Matrix6d> factor(JJt);
   const math::Matrix6d inverse = factor.solve(math::Matrix6d::Identity());
   dexterity.least = 1 / std::sqrt(inverse.trace());
+  if (dexterity.least >= below) return dexterity;
   // d log √det = trace(J⁺ dJ) with J⁺ = Jᵀ (J Jᵀ)⁻¹.
   const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, robot::kMostJoints, 6> inverse_J =
       J.transpose() * inverse;

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <limits>
+
 #include <Eigen/Core>
 
 #include "tether/robot/kinematics.h"
 
 namespace tether::control {
+
+/// Where the hand's least mobility is below this, the arm is as good as singular, m (per radian at a lever of
+/// 0.2 m).
+inline constexpr double kSingular = 0.06;
 
 /// How well the hand can move.
 struct Dexterity {
@@ -17,7 +23,8 @@ struct Dexterity {
 
 /// `J_BH`: the hand's Jacobian, 6 × n, at the configuration of `kinematics`; `length`: what a radian counts,
 /// m. The gradient is exact: with J_i the column of joint i, ∂J_i/∂q_k follows from the axes alone. Arms with
-/// fewer than six joints are always singular; their gradient is zero.
-Dexterity FindDexterity(const robot::Kinematics& kinematics, const Eigen::MatrixXd& J_BH, double length);
+/// fewer than six joints are always singular; their gradient is zero, as it is where `least` is not `below`.
+Dexterity FindDexterity(const robot::Kinematics& kinematics, const Eigen::MatrixXd& J_BH, double length,
+                        double below = std::numeric_limits<double>::infinity());
 
 }  // namespace tether::control

@@ -93,6 +93,9 @@ void TorqueLimiter::LimitMotion(const robot::State& state, const Eigen::VectorXd
     };
     a_upper_[i] = most(model_->upper()[i] - q, v, pushed_[i]);
     a_lower_[i] = -most(q - model_->lower()[i], -v, -pushed_[i]);
+    // To hold against a push is no acceleration: the other bound has so much more room.
+    a_upper_[i] += std::max(0.0, -pushed_[i]);
+    a_lower_[i] -= std::max(0.0, pushed_[i]);
     // What a limit needs may be harder than a motion is wanted to be.
     if (a_lower_[i] > a_upper_[i]) {
       const double middle = 0.5 * (a_lower_[i] + a_upper_[i]);

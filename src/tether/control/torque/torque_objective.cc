@@ -16,23 +16,30 @@ using math::Vector6d;
 constexpr double kBrakeForce = 400;
 // Moments count as forces at this lever, m.
 constexpr double kLever = 0.2;
-// Where the hand's least mobility (a share of a metre per radian) is below this, redundancy leads away, with
-// up to this acceleration, rad/s².
-constexpr double kSingular = 0.06;
+// Where the arm is as good as singular, redundancy leads away with up to this acceleration, rad/s².
 constexpr double kSingularPush = 6;
+// Functions of a goal come to zero with no more deceleration than this, m/s² and rad/s²: what the rows need
+// meanwhile is left.
+constexpr double kArrive = 1, kArriveTurning = 3;
 // Backing off counts this much more than braking the joints, per kg.
 constexpr double kBrakeWeight = 0.02;
 constexpr double kRetreatRate = 40;      // 1/s
 constexpr double kFastestRetreat = 0.2;  // m/s
 constexpr double kUnexplained = 0.3;     // of the torques' square
 constexpr double kHoldRate = 40;         // 1/s
+constexpr double kFollowRate = 60;       // of velocities, 1/s
+
+// The speed at which a distance is brought to zero: as e^(−kt) near it, with `braking` before.
+double ArrivalSpeed(double distance, double k, double braking) {
+  const double near = braking / (k * k);
+  return distance <= near ? k * distance : std::sqrt(2 * braking * (distance - 0.5 * near));
+}
 
 }  // namespace
 
-void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force) {
-  const Vector6d V_BH = J * v;
-  // What the servo would press with, beside what moves the arm's own mass along its reference.
-  Vector6d a = DesiredHandAcceleration(options.gains, kinematics.X_BH(), V_BH, target) - target.A_BH;
+// How much of the hand's acceleration `a` may be asked for, so that a hand that is held presses with no more
+// than `max_force`.
+double ConstrainedTorque::Impl::PressedShare(const Vector6d& a, const Vector6d& V_BH, double max_force) {
   const double L = options.rotation_weight;
   Vector6d scale;
   scale << 1, 1, 1, L, L, L;
@@ -45,14 +52,22 @@ void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force
   const double pressed = std::max(force.head<3>().norm(), force.tail<3>().norm() / kLever);
   const double braking = -force.dot(V_BH) / std::max(pressed, 1e-9);
   const double most = max_force + kBrakeForce * std::max(0.0, braking);
-  if (pressed > most) {
-    a *= most / pressed;
-    flags.force_limit = true;
-  }
+  if (pressed <= most) return 1;
+  flags.force_limit = true;
+  return most / pressed;
+}
+
+void ConstrainedTorque::Impl::AddHand(const HandTarget& target, double max_force) {
+  const Vector6d V_BH = J * v;
+  // What the servo would press with, beside what moves the arm's own mass along its reference.
+  Vector6d a = DesiredHandAcceleration(options.gains, kinematics.X_BH(), V_BH, target) - target.A_BH;
+  a *= PressedShare(a, V_BH, max_force);
   a += target.A_BH;
   Vector6d bias;
   bias << motion.PointBias(n, kinematics.X_BH().p), motion.AngularBias(n);
-  const Vector6d weights = scale.cwiseAbs2();
+  const double L = options.rotation_weight;
+  Vector6d weights;
+  weights << 1, 1, 1, L * L, L * L, L * L;
   weighted_J = 2 * weights.asDiagonal() * J;
   H.noalias() += J.transpose() * weighted_J;
   g.noalias() -= weighted_J.transpose() * (a - bias);
@@ -70,7 +85,7 @@ void ConstrainedTorque::Impl::AddGoal(const Goal& goal, double max_force) {
     double& error = metres ? error_m : error_rad;
     error = std::max(error, norm);
     const double limit = metres ? goal.speed : goal.turn_speed;
-    const double speed = std::min(approach * norm, limit);
+    const double speed = std::min(ArrivalSpeed(norm, approach, metres ? kArrive : kArriveTurning), limit);
     const double weight = metres ? 1 : options.rotation_weight;
     for (int r = 0; r < size; ++r) {
       const double wanted_rate = norm > 0 ? -speed * function_rows.r[r] / norm : 0;
@@ -120,6 +135,14 @@ void ConstrainedTorque::Impl::AddPosture(const Eigen::VectorXd* posture) {
   g.noalias() -= weight * (M * wanted);
 }
 
+void ConstrainedTorque::Impl::AddVelocities(const Eigen::VectorXd& velocities, double max_force) {
+  wanted = kFollowRate * (velocities - v);
+  const Vector6d a = J * wanted, V_BH = J * v;
+  wanted *= PressedShare(a, V_BH, max_force);
+  H.noalias() += 2 * M;
+  g.noalias() -= 2 * (M * wanted);
+}
+
 void ConstrainedTorque::Impl::AddJoints(const JointTarget& joints) {
   FollowJoints(options.gains, kinematics.q(), v, joints, &wanted);
   const double weight = 2 * options.null_weight;
@@ -128,7 +151,7 @@ void ConstrainedTorque::Impl::AddJoints(const JointTarget& joints) {
 }
 
 void ConstrainedTorque::Impl::AvoidSingularity() {
-  const Dexterity dexterity = FindDexterity(kinematics, J, options.rotation_weight);
+  const Dexterity dexterity = FindDexterity(kinematics, J, options.rotation_weight, kSingular);
   if (dexterity.least >= kSingular) return;
   flags.singular = true;
   const double depth = 1 - dexterity.least / kSingular;
@@ -136,8 +159,10 @@ void ConstrainedTorque::Impl::AvoidSingularity() {
   if (norm > 0) wanted += kSingularPush * depth / norm * dexterity.gradient.head(n);
 }
 
-void ConstrainedTorque::Impl::AddBrake(double weight, double rate) {
+// `against`: accelerations that are there whatever the torques are, and are made up for; null: none.
+void ConstrainedTorque::Impl::AddBrake(double weight, double rate, const Eigen::VectorXd* against) {
   wanted = -rate * v;
+  if (against != nullptr) wanted -= *against;
   H.noalias() += 2 * weight * M;
   g.noalias() -= 2 * weight * (M * wanted);
 }
@@ -151,7 +176,7 @@ void ConstrainedTorque::Impl::AddRetreat() {
   // arm holds against it.
   const double felt = watch.felt().squaredNorm(), length = goal_row.squaredNorm();
   const double explained = length > 0 ? std::pow(goal_row.dot(watch.felt()), 2) / length : 0;
-  if (watch.candidate() < 0 && felt - explained > kUnexplained * felt) return AddBrake(1, kHoldRate);
+  if (watch.candidate() < 0 && felt - explained > kUnexplained * felt) return AddBrake(1, kHoldRate, &thrown);
   double rate = goal_row.dot(v), bias = 0;
   if (watch.candidate() >= 0) {
     const Row& row = rows[static_cast<size_t>(candidates[static_cast<size_t>(watch.candidate())].row)];
@@ -161,7 +186,12 @@ void ConstrainedTorque::Impl::AddRetreat() {
   const double a = kRetreatRate * (speed - rate);
   H.noalias() += 2 * goal_row * goal_row.transpose();
   g -= 2 * (a - bias) * goal_row;
-  AddBrake(kBrakeWeight, options.brake_rate);
+  // Along its normal the arm gives way to the force; what else it does to the joints is made up for.
+  work.noalias() = Minv * goal_row;
+  const double mobility = goal_row.dot(work);
+  across = thrown;
+  if (mobility > 0) across -= goal_row.dot(thrown) / mobility * work;
+  AddBrake(kBrakeWeight, options.brake_rate, &across);
 }
 
 }  // namespace tether::control

@@ -27,6 +27,8 @@ constexpr double kStill = 0.04;
 constexpr double kReact = 0.1;
 constexpr double kStop = 1.5;
 
+// Further than anything, m.
+constexpr double kNowhere = 1e6;
 // What moves faster is not led further, m/s.
 constexpr double kFastest = 0.5;
 
@@ -38,16 +40,15 @@ double Matters(double speed) {
 }  // namespace
 
 void ConstrainedTorque::Impl::SetRoom() {
-  size_t room = NumPartPairs(bodies, pairs);
-  for (const FieldConstraint& field : fields) room += static_cast<size_t>(field.function->size());
+  const size_t room = MostRows();
+  if (pair_bounds.empty()) pair_bounds.Resize(bodies, pairs.size(), NumPartPairs(bodies, pairs));
   if (room <= rows.size() && problem != nullptr) return;
-  rows.resize(room);
+  ReserveRows(room);
   candidates.resize(room);
   chosen.resize(room);
   sides.resize(room);
-  jacobians.resize(room * static_cast<size_t>(n));
   const int m = static_cast<int>(room) + n;
-  levels.resize(room + 4 * static_cast<size_t>(n));
+  levels.resize(room + 4 * n);
   qp::SolverOptions solver_options;
   solver_options.max_iterations = options.max_iterations;
   solver_options.max_solves = options.max_solves;
@@ -55,14 +56,6 @@ void ConstrainedTorque::Impl::SetRoom() {
   solver = std::make_unique<qp::Solver>(n, 0, m, solver_options);
   conflict_problem = std::make_unique<qp::Problem>(n, 0, m + 3 * n);
   conflict_solver = std::make_unique<qp::HierarchySolver>(n, 0, m + 3 * n, solver_options);
-}
-
-double* ConstrainedTorque::Impl::NewRow(const Row& row) {
-  const auto index = static_cast<size_t>(num_rows++);
-  rows[index] = row;
-  double* jacobian = jacobians.data() + index * static_cast<size_t>(n);
-  std::fill(jacobian, jacobian + n, 0.0);
-  return jacobian;
 }
 
 // Near its limit a value comes down to zero as e^(−kt) at most.
@@ -87,34 +80,56 @@ double ConstrainedTorque::Impl::NeededToStop(const Row& row, const double* slope
                                  braking);
 }
 
-double ConstrainedTorque::Impl::FastestOf(int body) const {
-  const double radius = body_radius[static_cast<size_t>(body)];
-  const int link = bodies.link(body);
-  const MovingPose& pose = bodies.pose(body);
-  if (link == 0) {
-    if (!bodies.is_object(body)) return 0;
-    return pose.V.head<3>().norm() + radius * pose.V.tail<3>().norm();
+void ConstrainedTorque::Impl::MoveBodies() {
+  pair_bounds.Follow(bodies);
+  for (int body = 0; body < bodies.num_bodies(); ++body) {
+    const int link = bodies.link(body);
+    const MovingPose& pose = bodies.pose(body);
+    if (link > 0) {
+      const PointMotion origin = motion.At(link, pose.X.p);
+      pair_bounds.Move(body, origin.v, origin.w);
+    } else if (bodies.is_object(body)) {
+      pair_bounds.Move(body, pose.V.head<3>(), pose.V.tail<3>());
+    }
   }
-  const PointMotion origin = motion.At(link, pose.X.p);
-  return origin.v.norm() + radius * origin.w.norm();
 }
 
 void ConstrainedTorque::Impl::AddPairRows() {
-  for (int body = 0; body < bodies.num_bodies(); ++body)
-    body_speed[static_cast<size_t>(body)] = FastestOf(body);
+  MoveBodies();
+  size_t number = 0, next_parts = 0;
   for (const ClearancePair& pair : pairs) {
+    const size_t this_pair = number++;
+    size_t parts = next_parts;
+    next_parts +=
+        static_cast<size_t>(bodies.max_parts(pair.a)) * static_cast<size_t>(bodies.max_parts(pair.b));
     if (!IsPresent(bodies, n, pair)) continue;
-    const double speed = body_speed[static_cast<size_t>(pair.a)] + body_speed[static_cast<size_t>(pair.b)];
+    const double fastest_b = pair_bounds.Fastest(pair.b), speed = pair_bounds.Fastest(pair.a) + fastest_b;
     const int link_a = bodies.link(pair.a), link_b = bodies.link(pair.b);
-    const double moves = link_b == 0 ? std::min(kFastest, body_speed[static_cast<size_t>(pair.b)]) : 0;
+    const double moves = link_b == 0 ? std::min(kFastest, fastest_b) : 0;
     const double lead = options.lead * moves;
     const double near = pair.allowed
                             ? options.contact.touch
                             : pair.distance + options.buffer + lead + std::min(options.range, Matters(speed));
+    if (pair_bounds.OfPair(this_pair, pair.a, pair.b) > near) continue;
+    const double required = pair.distance + options.buffer + lead;
+    double least = kNowhere;
     for (const ArmBodies::Part* a = bodies.begin(pair.a); a != bodies.end(pair.a); ++a) {
-      for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b) {
-        if (ArmBodies::LowerBound(*a, *b) > near) continue;
+      for (const ArmBodies::Part* b = bodies.begin(pair.b); b != bodies.end(pair.b); ++b, ++parts) {
+        double bound = pair_bounds.OfParts(parts, pair.a, pair.b);
+        // Further away than what matters of how fast it is approached.
+        const bool clear = !pair.allowed && bound > options.contact.touch && bound - required > kStill &&
+                           bound - required > Matters(pair_bounds.Closing(parts, pair.a, pair.b));
+        if (bound <= near && !clear) {
+          bound = ArmBodies::LowerBound(*a, *b);
+          if (bound > near) pair_bounds.NoteParts(parts, pair.a, pair.b, bound);
+        }
+        if (bound > near || clear) {
+          least = std::min(least, bound);
+          continue;
+        }
         const geometry::Distance d = geometry::SignedDistance(a->primitive, a->X_BP, b->primitive, b->X_BP);
+        pair_bounds.NoteParts(parts, pair.a, pair.b, d.distance, d.n_W);
+        least = std::min(least, d.distance);
         if (d.distance > near) continue;
         const PointMotion of_a = motion.At(link_a, d.p_WA);
         PointMotion of_b;
@@ -128,7 +143,7 @@ void ConstrainedTorque::Impl::AddPairRows() {
         Row row;
         row.constraint = pair.constraint;
         row.buffer = options.buffer + lead;
-        row.value = d.distance - pair.distance - row.buffer;
+        row.value = d.distance - required;
         row.rate = d.n_W.dot(of_b.v - of_a.v);
         if (!pair.allowed && row.value > Matters(-row.rate) && d.distance > options.contact.touch) continue;
         row.needed = NeededNear(row.value, row.rate);
@@ -154,6 +169,7 @@ void ConstrainedTorque::Impl::AddPairRows() {
         }
       }
     }
+    pair_bounds.NotePair(this_pair, pair.a, pair.b, least);
   }
 }
 
@@ -194,9 +210,11 @@ void ConstrainedTorque::Impl::Evaluate(const constraints::PoseFunction& function
   const int size = function.size();
   const MovingFrame T = FrameNow(target, true), F = FrameNow(frame, false);
   const auto at = [&](double s, Eigen::MatrixXd& J_out, Eigen::VectorXd& r_out) {
-    const std::array<Pose, 2> X =
-        s == 0 ? std::array<Pose, 2>{T.X_BF, F.X_BF}
-               : std::array<Pose, 2>{T.X_BF * math::ExpSE3(s * T.V), F.X_BF * math::ExpSE3(s * F.V)};
+    const auto moved = [s](const MovingFrame& frame_now) {
+      return s == 0 || frame_now.V.isZero(0) ? frame_now.X_BF
+                                             : frame_now.X_BF * math::ExpSE3(s * frame_now.V);
+    };
+    const std::array<Pose, 2> X = {moved(T), moved(F)};
     nlp::JacobianRef J_rows(J_out.topRows(size));
     function.Evaluate(X, r_out.head(size), &J_rows);
   };

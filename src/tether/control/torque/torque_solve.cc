@@ -65,6 +65,11 @@ void ConstrainedTorque::Impl::SetJointBounds() {
         MostAccelerationToKeepSpeed(fastest + v[i], kHarder * hardest, dt, braking) - down;
     velocity_upper[i] = std::min(keep_up, std::max({hardest, -keep_down, position_lower[i]}));
     velocity_lower[i] = -std::min(keep_down, std::max({hardest, -keep_up, -position_upper[i]}));
+    // To hold against it is no acceleration: the other bound has so much more room.
+    position_upper[i] += down;
+    position_lower[i] -= up;
+    velocity_upper[i] += down;
+    velocity_lower[i] -= up;
     // No more is asked for than the joint's own torque can do: else all the others are thrown about for it.
     const double own = kWithin * Minv(i, i) * half[i];
     for (Eigen::VectorXd* bound : {&velocity_upper, &position_upper})
@@ -82,8 +87,8 @@ void ConstrainedTorque::Impl::SetJointBounds() {
     }
     // Limits come before jerk: where the last acceleration is beyond them, all of the change is allowed.
     const double change = model->max_jerk()[i] * dt;
-    smooth_lower[i] = std::max(-hardest, qddot[i] - change);
-    smooth_upper[i] = std::min(hardest, qddot[i] + change);
+    smooth_lower[i] = std::max(-hardest - up, qddot[i] - change);
+    smooth_upper[i] = std::min(hardest + down, qddot[i] + change);
     const double low = lower[i], high = upper[i];
     lower[i] = std::clamp(smooth_lower[i], low, high);
     upper[i] = std::clamp(smooth_upper[i], low, high);
@@ -105,10 +110,11 @@ void ConstrainedTorque::Impl::ChooseRows() {
     work.noalias() = Minv * A.transpose();
     const double centre = A.dot(middle);
     const double spread = work.cwiseAbs().dot(half);
-    const double least = centre - spread + row.bias;
+    // What pushes the arm counts, whichever way: what holds the arm against it is no motion.
+    const double pushed = A.dot(thrown);
+    const double least = centre - spread + row.bias + pushed;
     row.needed = std::min(std::max(row.needed, NeededToStop(row, A.data(), -least)), options.most_needed);
-    // What pushes the arm towards what the row keeps it from is made up for.
-    const double side = row.needed - row.bias + std::max(0.0, -A.dot(thrown));
+    const double side = row.needed - row.bias - pushed;
     if (side <= centre - spread) continue;
     // While there is room a row asks for no more than what all joints can give at once: to ask for all of the
     // torques would leave the other joints none.
@@ -184,8 +190,16 @@ void ConstrainedTorque::Impl::SolveConflict() {
   joints(first_velocity, 1, velocity_lower, velocity_upper);
   joints(first_position, 2, position_lower, position_upper);
   joints(first_smooth, last, smooth_lower, smooth_upper);
-  const qp::Status status = conflict_solver->Solve(
-      *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)));
+  // What the proof says of a joint's bound is said of any of the bounds that it is made of.
+  int last_in_proof = 0;
+  for (const qp::RowWeight& row : solver->conflict()) {
+    if (row.kind == qp::RowKind::kBound)
+      last_in_proof = last;
+    else if (row.index >= n)
+      last_in_proof = std::max(last_in_proof, levels[static_cast<size_t>(first_row + row.index - n)]);
+  }
+  const qp::Status status = conflict_solver->SolveConflict(
+      *conflict_problem, std::span<const int>(levels.data(), static_cast<size_t>(all)), last_in_proof);
   flags.iterations += conflict_solver->iterations();
   if (status != qp::Status::kSolved || !conflict_solver->x().allFinite()) return Brake();
   qddot = conflict_solver->x();

@@ -65,7 +65,7 @@ int LogSink::Append(std::string_view piece) {
       return error;
     }
     NoteProgress();
-    piece.remove_prefix(static_cast<size_t>(written));
+    piece.remove_prefix(written);
   }
   size_ += static_cast<long long>(whole);
   return 0;

@@ -31,13 +31,12 @@ TEST(ByteQueue, KeepsOrderBetweenTwoThreads) {
   ByteQueue queue;
   constexpr int kEntries = 20000;
   std::thread writer([&] {
-    for (int i = 0; i < kEntries; ++i)
-      queue.Push(std::to_string(i), std::string(static_cast<size_t>(i % 97), 'x'));
+    for (int i = 0; i < kEntries; ++i) queue.Push(std::to_string(i), std::string(i % 97, 'x'));
   });
   std::string entry;
   for (int i = 0; i < kEntries;) {
     if (!queue.Pop(&entry)) continue;
-    ASSERT_EQ(entry, std::to_string(i) + std::string(static_cast<size_t>(i % 97), 'x'));
+    ASSERT_EQ(entry, std::to_string(i) + std::string(i % 97, 'x'));
     ++i;
   }
   writer.join();

@@ -18,9 +18,8 @@
 namespace tether::evaluation {
 namespace {
 
-constexpr double kPeriod = 0.05;         // Between samples, s.
-constexpr int kPromptly = 25;            // Between looks at what was handed over, ms.
-constexpr double kMostMeasured = 1e200;  // Margins above were not measured.
+constexpr double kPeriod = 0.05;  // Between samples, s.
+constexpr int kPromptly = 25;     // Between looks at what was handed over, ms.
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
 const std::string kNumber(1, kNumberSlot), kTime(1, kTimeSlot);
@@ -53,9 +52,7 @@ Value Transform(const std::string& parent, const std::string& child, const math:
 }
 
 std::string ActionOf(const planning::Plan& plan, int step) {
-  return step >= 0 && step < static_cast<int>(plan.steps.size())
-             ? plan.steps[static_cast<size_t>(step)].action
-             : "";
+  return step >= 0 && step < static_cast<int>(plan.steps.size()) ? plan.steps[step].action : "";
 }
 
 /// foxglove.Log's levels.
@@ -63,7 +60,7 @@ int LevelOf(const std::string& kind) {
   constexpr int kInfo = 2, kWarning = 3, kError = 4;
   if (kind == "failed") return kError;
   for (const char* trouble : {"miss", "lost", "stalled", "slipped", "retry", "invalid", "never_happened",
-                              "disturbance", "no_contact", "replan", "detour", "safety"}) {
+                              "disturbance", "no_contact", "replan", "detour", "safety", "fault"}) {
     if (kind.find(trouble) != std::string::npos) return kWarning;
   }
   return kInfo;
@@ -173,7 +170,7 @@ void RunRecorder::WriteOnce() {
     Value joints = Value::Array();
     for (int i = 0; i < model.dof(); ++i) {
       joints.Append(Value::Object()
-                        .Set("name", model.joint_names()[static_cast<size_t>(i)])
+                        .Set("name", model.joint_names()[i])
                         .Set("lower", model.lower()[i])
                         .Set("upper", model.upper()[i])
                         .Set("max_velocity", model.max_velocity()[i])
@@ -276,7 +273,7 @@ math::Pose RunRecorder::TargetPose(const RunMoment& moment) const {
     }
     return {};
   }
-  const planning::PlanStep& step = plan.steps[static_cast<size_t>(index)];
+  const planning::PlanStep& step = plan.steps[index];
   math::Pose X_WT;
   if (const auto found = moment.truth.X_WO.find(step.target); found != moment.truth.X_WO.end()) {
     X_WT = found->second;
@@ -378,7 +375,7 @@ void RunRecorder::WriteMargins(double time, RunMargins& measured) {
   bool same = margins.size() == margin_names_.size();
   for (size_t i = 0; i < margins.size(); ++i) {
     same = same && margins[i].name == margin_names_[i];
-    numbers_.push_back(margins[i].last < kMostMeasured ? margins[i].last : kNone);
+    numbers_.push_back(std::isfinite(margins[i].last) ? margins[i].last : kNone);
   }
   if (!same) {  // Those of a verb begin with it.
     margin_names_.clear();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tether/geometry/distance/distance.h"
+#include "tether/math/infinity.h"
 
 namespace tether::evaluation {
 namespace {
@@ -14,6 +15,14 @@ constexpr double kPushed = 1.1;
 
 }  // namespace
 
+void Margin::Take(double value, double time_now, const std::string& what_now) {
+  last = std::min(last, value);
+  if (value >= minimum) return;
+  minimum = value;
+  time = time_now;
+  what = what_now;
+}
+
 Value WriteMargin(const Margin& margin) {
   Value value = Value::Object()
                     .Set("name", margin.name)
@@ -21,7 +30,8 @@ Value WriteMargin(const Margin& margin) {
                     .Set("unit", margin.unit)
                     .Set("time_s", margin.time)
                     .Set("what", margin.what);
-  if (margin.minimum < 0 && margin.avoidable < 1e200) value.Set("minimum_avoidable", margin.avoidable);
+  if (margin.minimum < 0 && margin.avoidable < math::kInfinity)
+    value.Set("minimum_avoidable", margin.avoidable);
   return value;
 }
 
@@ -37,15 +47,14 @@ MarginMonitor::MarginMonitor(const scene::Scene& scene,
       bodies_(model_, scene_.solids()),
       range_(range) {
   if (constraints.empty()) return;
-  const execution::BuiltConstraints built =
-      execution::BuildConstraints(constraints, scene_, bodies_, model_->dof());
+  const execution::BuiltConstraints built = execution::BuildConstraints(constraints, scene_, bodies_);
   const auto add = [&](const std::string& name, const char* unit, const char* group) {
-    margins_.push_back({name, 1e300, unit, group, 0, "", 1e300});
+    margins_.push_back({name, math::kInfinity, unit, group, 0, "", math::kInfinity});
     return margins_.size() - 1;
   };
   for (const control::ClearanceConstraint& clearance : built.clearances) {
     for (const int object : clearance.to) {
-      const control::Solid& solid = scene_.solids()[static_cast<size_t>(object)];
+      const control::Solid& solid = scene_.solids()[object];
       const size_t margin =
           add("clearance to " + solid.name, "m", solid.movable ? "objects" : "walls, table and base");
       clearances_.push_back({margin, object, clearance.distance, clearance.of, clearance.held});
@@ -63,15 +72,6 @@ MarginMonitor::MarginMonitor(const scene::Scene& scene,
   self_ = add("the arm itself", "m", "the arm itself");
 }
 
-void MarginMonitor::Take(size_t margin, double value, double time, const std::string& what) {
-  Margin& taken = margins_[margin];
-  taken.last = std::min(taken.last, value);
-  if (value >= taken.minimum) return;
-  taken.minimum = value;
-  taken.time = time;
-  taken.what = what;
-}
-
 double MarginMonitor::Distance(int a, int b, double below) const {
   double least = below;
   for (const control::ArmBodies::Part* p = bodies_.begin(a); p != bodies_.end(a); ++p) {
@@ -85,11 +85,13 @@ double MarginMonitor::Distance(int a, int b, double below) const {
 }
 
 void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& runner) {
-  const int held = scene_.Find(runner.held()).value();
+  const ObjectId held_object = scene_.Find(runner.held());
+  const int held = held_object.value();
+  const execution::TouchList& allowed = runner.allowed();
   for (const Clearance& clearance : clearances_) {
     const int b = bodies_.object(clearance.object);
-    const std::string& name = bodies_.name(b);
-    const bool to_hand = clearance.object == held || runner.Allows("hand", name);
+    const ObjectId object(clearance.object);
+    const bool to_hand = object == held_object || allowed.Allows(execution::kTouchingHand, object);
     // Pairs further apart than the least distance so far need no exact distance.
     double least = range_;
     std::string what;
@@ -103,16 +105,16 @@ void MarginMonitor::ObserveClearances(double time, const execution::PlanRunner& 
       if (bodies_.link(a) == 0 || (bodies_.link(a) == model_->dof() && to_hand)) continue;
       look(a);
     }
-    if (clearance.held && held >= 0 && held != clearance.object && !runner.Allows(runner.held(), name)) {
+    if (clearance.held && held >= 0 && held != clearance.object && !allowed.Allows(held_object, object)) {
       look(bodies_.object(held));
     }
-    Take(clearance.margin, least - clearance.distance, time, what);
+    margins_[clearance.margin].Take(least - clearance.distance, time, what);
     if (!avoidable_) continue;
     double& avoidable = margins_[clearance.margin].avoidable;
     avoidable = std::min(avoidable, least - clearance.distance);
   }
   for (const auto& [a, b] : model_->solids().pairs) {
-    Take(self_, Distance(a, b, range_), time, bodies_.name(a) + " and " + bodies_.name(b));
+    margins_[self_].Take(Distance(a, b, range_), time, bodies_.name(a) + " and " + bodies_.name(b));
   }
 }
 
@@ -127,11 +129,11 @@ void MarginMonitor::ObserveField(const control::FieldConstraint& field, size_t m
   const std::array<math::Pose, 2> X{pose(field.target, math::Pose()), pose(field.frame, kinematics_.X_BH())};
   Eigen::VectorXd r(field.function->size());
   field.function->Evaluate(X, r, nullptr);
-  Take(margin, -r.maxCoeff(), time, "");
+  margins_[margin].Take(-r.maxCoeff(), time, "");
 }
 
 void MarginMonitor::ForgetLast() {
-  for (Margin& margin : margins_) margin.last = 1e300;
+  for (Margin& margin : margins_) margin.last = math::kInfinity;
 }
 
 void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Observations& observations,
@@ -156,17 +158,18 @@ void MarginMonitor::Observe(const scene::WorldEstimate& truth, const robot::Obse
     const auto margin = static_cast<size_t>(known - margins_.begin());
     if (known == margins_.end()) {
       const bool metres = field.function->unit() == nlp::Unit::kMetre;
-      margins_.push_back(
-          {field.name, 1e300, metres ? "m" : "rad", metres ? "regions" : "angles", 0, "", 1e300});
+      margins_.push_back({field.name, math::kInfinity, metres ? "m" : "rad", metres ? "regions" : "angles", 0,
+                          "", math::kInfinity});
     }
     ObserveField(field, margin, held, time);
   }
   for (int i = 0; i < model_->dof(); ++i) {
-    const std::string& joint = model_->joint_names()[static_cast<size_t>(i)];
-    Take(joint_limits_,
-         std::min(seen.q[i] - model_->lower()[i], model_->upper()[i] - seen.q[i]) - joint_margin_, time,
-         joint);
-    Take(velocity_, (pushed ? kPushed : 1.0) * model_->max_velocity()[i] - std::abs(seen.v[i]), time, joint);
+    const std::string& joint = model_->joint_names()[i];
+    margins_[joint_limits_].Take(
+        std::min(seen.q[i] - model_->lower()[i], model_->upper()[i] - seen.q[i]) - joint_margin_, time,
+        joint);
+    margins_[velocity_].Take((pushed ? kPushed : 1.0) * model_->max_velocity()[i] - std::abs(seen.v[i]), time,
+                             joint);
   }
 }
 

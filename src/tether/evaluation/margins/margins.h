@@ -10,6 +10,7 @@
 #include "tether/control/constraint_spec.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/plan_runner.h"
+#include "tether/math/infinity.h"
 #include "tether/robot/kinematics.h"
 #include "tether/robot/model.h"
 #include "tether/scene/scene.h"
@@ -19,14 +20,17 @@ namespace tether::evaluation {
 /// The least margin of one constraint over a run.
 struct Margin {
   std::string name;
-  double minimum = 1e300;  ///< Distance (or angle) less what is required; negative: violated.
-  std::string unit;        ///< "m", "rad" or "rad/s"
-  std::string group;       ///< The panel in which it is drawn: "walls and table", "objects", "angles" …
-  double time = 0;         ///< When, s.
-  std::string what;        ///< Which bodies or joint.
-  double last = 1e300;     ///< The least since MarginMonitor::ForgetLast().
-  /// Of a clearance: the least where the arm could vacate (VacateMonitor); 1e300: it was not asked.
-  double avoidable = 1e300;
+  double minimum = math::kInfinity;  ///< Distance (or angle) less what is required; negative: violated.
+  std::string unit;                  ///< "m", "rad" or "rad/s"
+  std::string group;  ///< The panel in which it is drawn: "walls and table", "objects", "angles" …
+  double time = 0;    ///< When, s.
+  std::string what;   ///< Which bodies or joint.
+  double last = math::kInfinity;  ///< The least since MarginMonitor::ForgetLast().
+  /// Of a clearance: the least where the arm could vacate (VacateMonitor); infinite: it was not asked.
+  double avoidable = math::kInfinity;
+
+  /// A value that was measured at `time`, s, where `what_now` was.
+  void Take(double value, double time_now, const std::string& what_now);
 };
 
 /// A margin in reports and records: name, minimum, unit, time_s, what; and minimum_avoidable where a
@@ -61,7 +65,6 @@ class MarginMonitor {
     bool held;
   };
 
-  void Take(size_t margin, double value, double time, const std::string& what);
   double Distance(int a, int b, double below) const;
   void ObserveField(const control::FieldConstraint& field, size_t margin, int held, double time);
   void ObserveClearances(double time, const execution::PlanRunner& runner);

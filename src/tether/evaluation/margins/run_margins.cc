@@ -36,14 +36,18 @@ RunMargins::RunMargins(const scenario::Scenario& scenario, const scene::Scene& s
 
 void RunMargins::FindUnintended(const sim::World& world, const execution::PlanRunner& runner) {
   const std::string& held = runner.held();
+  const ObjectId held_object = scene_.FindObjectId(held);
+  const execution::TouchList& allowed = runner.allowed();
   unintended_.clear();
   const auto add = [&](const std::string& a, const std::string& b) {
     const sim::World::Touch touch = world.Touching(a, b);
     unintended_.push_back({a, b, touch.force, touch.speed > kFast});
   };
-  for (const scene::Object& object : scene_.objects) {
-    if (object.name != held && !runner.Allows("hand", object.name)) add(robot_, object.name);
-    if (!held.empty() && object.name != held && !runner.Allows(held, object.name)) add(held, object.name);
+  for (const ObjectId id : IdRange<ObjectId>(scene_.objects.size())) {
+    const std::string& name = scene_.object(id).name;
+    if (name == held) continue;
+    if (!allowed.Allows(execution::kTouchingHand, id)) add(robot_, name);
+    if (!held.empty() && !allowed.Allows(held_object, id)) add(held, name);
   }
 }
 

@@ -28,8 +28,6 @@ class TorqueMargins {
   const ForceSummary& forces() const { return forces_.summary(); }
 
  private:
-  void Take(size_t margin, double value, double time, const std::string& what);
-
   std::shared_ptr<const robot::Model> model_;
   double max_force_, period_;
   bool torques_;

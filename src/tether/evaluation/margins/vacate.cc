@@ -15,7 +15,7 @@ control::ConstrainedVelocity Make(const execution::ControlScene& scene,
                                   const std::shared_ptr<const robot::Model>& model,
                                   const std::vector<control::ConstraintSpec>& constraints) {
   const control::ArmBodies bodies(model, scene.solids());
-  execution::BuiltConstraints built = execution::BuildConstraints(constraints, scene, bodies, model->dof());
+  execution::BuiltConstraints built = execution::BuildConstraints(constraints, scene, bodies);
   control::VelocityOptions options;
   options.field_gain = kRate;
   options.joint_gain = kRate;
@@ -23,7 +23,7 @@ control::ConstrainedVelocity Make(const execution::ControlScene& scene,
   options.velocity_share = kShare;
   options.ramp = 0;
   options.escape_speed = 1e-6;  // What is violated need not be left: it must not get worse.
-  return {model, scene.X_WBase(), scene.solids(), std::move(built.clearances), {}, options};
+  return {model, scene.X_WBase(), scene.solids(), built.clearances, {}, options};
 }
 
 }  // namespace
@@ -31,8 +31,7 @@ control::ConstrainedVelocity Make(const execution::ControlScene& scene,
 VacateMonitor::VacateMonitor(const scene::Scene& scene, const std::string& robot,
                              const std::shared_ptr<const robot::Model>& model,
                              const std::vector<control::ConstraintSpec>& constraints, double period)
-    : model_(model),
-      scene_(scene, robot),
+    : scene_(scene, robot),
       controller_(Make(scene_, model, constraints)),
       objects_(scene.objects.size()),
       every_(std::max(1, static_cast<int>(std::lround(kSample / period)))),
@@ -50,22 +49,8 @@ void VacateMonitor::Allow(const execution::PlanRunner& runner) {
   }
   if (runner.allowed() == allowed_) return;
   allowed_ = runner.allowed();
-  const control::ArmBodies& bodies = controller_.bodies();
   std::vector<std::pair<int, int>> pairs;
-  const auto numbers = [&](const std::string& name) {
-    std::vector<int> list;
-    if (const ObjectId object = scene_.Find(name); object.valid())
-      list.push_back(bodies.object(object.value()));
-    for (int body = 0; name == "hand" && body <= bodies.hand(); ++body) {
-      if (bodies.link(body) == model_->dof()) list.push_back(body);
-    }
-    return list;
-  };
-  for (const auto& [first, second] : allowed_) {
-    for (const int a : numbers(first)) {
-      for (const int b : numbers(second)) pairs.emplace_back(a, b);
-    }
-  }
+  execution::FindBodies(allowed_, controller_.bodies(), &pairs);
   controller_.Allow(pairs);
 }
 
@@ -79,7 +64,9 @@ void VacateMonitor::Observe(const sim::World& world, const scene::WorldEstimate&
     objects_[i] = {truth.X_WO.at(name), world.ObjectVelocity(name)};
   }
   controller_.Compute({seen.q, seen.gripper_opening, objects_}, nullptr);
-  if (controller_.flags().relaxed || controller_.flags().fault) since_ = 0;
+  // What is torn out of the hand does not go where the hand goes, whatever the joints do.
+  const bool torn = !held_.empty() && world.IsDriven(held_);
+  if (torn || controller_.flags().relaxed || controller_.flags().fault) since_ = 0;
 }
 
 }  // namespace tether::evaluation

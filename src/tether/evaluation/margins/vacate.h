@@ -3,10 +3,10 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tether/control/constrained_velocity.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/robot/interface.h"
@@ -17,7 +17,8 @@ namespace tether::evaluation {
 
 /// Whether the arm could vacate what it came too near to: at every tick of the preceding 0.5 s, joint
 /// velocities within 80 % of the limits keep all distances, judged from the truth by a linear program of its
-/// own (rows ḋ ≥ −10 1/s · (d − d_safe), none shrinks below what is safe).
+/// own (rows ḋ ≥ −10 1/s · (d − d_safe), none shrinks below what is safe). It could not while a disturbance
+/// drives what is in the hand: that goes its own way.
 class VacateMonitor {
  public:
   VacateMonitor(const scene::Scene& scene, const std::string& robot,
@@ -32,11 +33,10 @@ class VacateMonitor {
  private:
   void Allow(const execution::PlanRunner& runner);
 
-  std::shared_ptr<const robot::Model> model_;
   execution::ControlScene scene_;
   control::ConstrainedVelocity controller_;
   std::vector<control::MovingPose> objects_;
-  std::vector<std::pair<std::string, std::string>> allowed_;
+  execution::TouchList allowed_;
   std::string held_;
   int every_, tick_ = 0;
   int ticks_;  ///< Of the window …

@@ -6,6 +6,7 @@
 
 #include "tether/common/bounds.h"
 #include "tether/common/text.h"
+#include "tether/math/infinity.h"
 
 namespace tether::evaluation {
 namespace {
@@ -72,6 +73,7 @@ class Panel {
       for (const double time : series->times) end_ = std::max(end_, IsDrawn(time) ? time : 0);
     }
     Include(0);
+    if (!(low_ <= high_)) low_ = high_ = 0;  // Nothing is drawn.
     if (high_ - low_ < 1e-9) high_ = low_ + 1;
     const double room = 0.05 * (high_ - low_);
     low_ -= room;
@@ -152,7 +154,7 @@ class Panel {
 
   const FigurePanel& panel_;
   double y0_, height_;
-  double low_ = 1e300, high_ = -1e300, end_ = 1e-3;
+  double low_ = math::kInfinity, high_ = -math::kInfinity, end_ = 1e-3;
 };
 
 }  // namespace

@@ -81,6 +81,7 @@ void AddMargins(const RunLog& log, Page& page) {
   Rows rows;
   for (const Value& margin : ItemsOf(log.report, "margins")) {
     const double least = NumberOf(margin, "minimum");
+    // Older logs have 1e300 where nothing was measured.
     if (!(least < 1e200)) continue;
     rows.push_back({TextOf(margin, "name"), Digits(least, 4), TextOf(margin, "unit"),
                     Digits(NumberOf(margin, "time_s"), 2), TextOf(margin, "what")});
@@ -92,7 +93,7 @@ void AddMargins(const RunLog& log, Page& page) {
         return std::isfinite(a) && (!std::isfinite(b) || a < b);
       });
       if (least == series.values.end() || !std::isfinite(*least)) continue;
-      const double time = series.times[static_cast<size_t>(least - series.values.begin())];
+      const double time = series.times[least - series.values.begin()];
       rows.push_back({series.name, Digits(*least, 4), series.unit, Digits(time, 2), ""});
     }
   }

@@ -25,14 +25,24 @@ bool Changes(const symbolic::GroundAction& action, int atom) {
 }  // namespace
 
 Monitor::Monitor(const scene::Scene& scene, std::shared_ptr<const symbolic::Task> task,
-                 const std::vector<std::string>& actions, const FactObserverOptions& options)
+                 const std::vector<std::string>& actions, std::optional<task::TemporalGoal> goal,
+                 const FactObserverOptions& options)
     : observer_(scene, *task, options) {
-  Adopt(std::move(task), actions, 0);
+  Adopt(std::move(task), actions, 0, std::move(goal));
 }
 
 void Monitor::Adopt(std::shared_ptr<const symbolic::Task> task, const std::vector<std::string>& actions,
-                    int first) {
+                    int first, std::optional<task::TemporalGoal> goal) {
   task_ = std::move(task);
+  goal_ = std::move(goal);
+  automaton_.reset();
+  word_.clear();
+  if (goal_) {
+    automaton_ = std::make_unique<ltl::LazyAutomaton>(goal_->formula, goal_->semantics);
+    propositions_ = task::Propositions::Resolve(*task_, *goal_);
+    word_ = goal_->read;
+    word_.push_back(LetterOf(task_->initial_state()));
+  }
   state_ = task_->initial_state();
   first_ = first;
   actions_.clear();
@@ -90,6 +100,36 @@ void Monitor::Finish(int action) {
   const ActionId done = actions_[ToIndex(index)];
   if (!done.valid() || !task_->IsApplicable(done, state_)) return;
   state_ = task_->Apply(done, state_);
+  if (goal_) word_.push_back(LetterOf(state_));
+}
+
+ltl::Letter Monitor::LetterOf(const symbolic::State& state) const {
+  ltl::Letter letter(automaton_->letter_words(), 0);
+  for (size_t i = 0; i < propositions_.size(); ++i) {
+    const int atom = propositions_[i];
+    if (atom >= 0 ? ltl::IsTrue(state, atom) : atom == task::Propositions::kAlways)
+      letter[i / 64] |= uint64_t{1} << (i % 64);
+  }
+  return letter;
+}
+
+std::optional<task::TemporalGoal> Monitor::Goal() const {
+  if (!goal_) return std::nullopt;
+  task::TemporalGoal goal = *goal_;
+  goal.read = word_;
+  if (word_.back() == LetterOf(state_)) goal.read.pop_back();
+  return goal;
+}
+
+bool Monitor::Accepts(const std::vector<symbolic::State>& states) const {
+  int at = ltl::LazyAutomaton::initial();
+  for (const ltl::Letter& letter : word_) at = automaton_->Step(at, ltl::LetterView(letter));
+  for (size_t i = 0; i < states.size(); ++i) {
+    const ltl::Letter letter = LetterOf(states[i]);
+    // What was changed by others is a letter of its own.
+    if (i > 0 || letter != word_.back()) at = automaton_->Step(at, ltl::LetterView(letter));
+  }
+  return automaton_->IsAccepting(at);
 }
 
 PlanOutlook Monitor::Look(int next) {
@@ -103,14 +143,14 @@ PlanOutlook Monitor::Look(int next) {
     return PlanOutlook{false, because.empty() ? what : because + ": " + what};
   };
   if (!unforeseen_.empty()) return fails("the plan did not foresee that");
-  symbolic::State state = state_;
+  std::vector<symbolic::State> states{state_};
   for (size_t i = ToIndex(std::max(0, next - first_)); i < actions_.size(); ++i) {
     if (!actions_[i].valid()) return fails("an action of the plan is unknown");
-    if (!task_->IsApplicable(actions_[i], state))
+    if (!task_->IsApplicable(actions_[i], states.back()))
       return fails(task_->actions()[actions_[i]].name + " is not possible");
-    state = task_->Apply(actions_[i], state);
+    states.push_back(task_->Apply(actions_[i], states.back()));
   }
-  if (!task_->IsGoal(state)) return fails("the goal is not reached");
+  if (!(goal_ ? Accepts(states) : task_->IsGoal(states.back()))) return fails("the goal is not reached");
   return {};
 }
 

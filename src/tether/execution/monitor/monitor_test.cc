@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "testing/execution/test_plans.h"
+#include "tether/ltl/formula/parser.h"
 #include "tether/symbolic/pddl/pddl.h"
 
 namespace tether::execution {
@@ -150,6 +151,48 @@ TEST_F(MonitorTest, NoiseDoesNotFlicker) {
     Watch(0.02, 0);
   }
   EXPECT_FALSE(monitor_->changed());
+}
+
+// A temporal goal counts letters that have been read: what is planned anew goes on from there.
+TEST_F(MonitorTest, ATemporalGoalRemembersWhatWasDone) {
+  const task::TemporalGoal goal{
+      ltl::ParseFormula("F(on(a,b) & X[!] F on(a,c)) & G !on(b,c)"), ltl::Semantics::kLtlf, {}};
+  const std::vector<std::string> plan = {"pick(a)", "place(a,b)", "pick(a)", "place(a,c)"};
+  monitor_ = std::make_unique<Monitor>(scene_, task_, plan, goal);
+  EXPECT_TRUE(monitor_->Look(0).reaches);
+  monitor_->Finish(0);
+  monitor_->Finish(1);
+  Move("a", {0.5, 0.2, 0.075});
+  EXPECT_EQ(monitor_->Goal()->read.size(), 2) << "the start and in the hand; that it is on b is now";
+  Watch(0.3, -1);
+  EXPECT_TRUE(monitor_->Look(2).reaches);
+  EXPECT_FALSE(monitor_->Look(4).reaches) << "without the last two actions it was never on c";
+  // Taken down again: on(a,b) has been, and need not be again.
+  Move("a", {0.4, 0, 0.025});
+  Watch(0.3, -1);
+  EXPECT_TRUE(monitor_->Look(2).reaches);
+  EXPECT_EQ(monitor_->Goal()->read.size(), 3);
+  task::TemporalGoal left = *monitor_->Goal();
+  monitor_->Adopt(task_, {"pick(a)", "place(a,c)"}, 2, left);
+  EXPECT_TRUE(monitor_->Look(2).reaches);
+}
+
+TEST_F(MonitorTest, APartOfATemporalGoalThatWasBrokenStaysSo) {
+  const task::TemporalGoal goal{ltl::ParseFormula("F on(a,b) & G !on(c,b)"), ltl::Semantics::kLtlf, {}};
+  monitor_ =
+      std::make_unique<Monitor>(scene_, task_, std::vector<std::string>{"pick(a)", "place(a,b)"}, goal);
+  Watch(0.3, -1);
+  Move("c", {0.5, 0.2, 0.075});
+  Watch(0.3, -1);
+  EXPECT_FALSE(monitor_->Look(0).reaches);
+  EXPECT_THAT(monitor_->Look(0).reason, HasSubstr("on(c,b) holds"));
+}
+
+TEST_F(MonitorTest, WhatIsNotSeenIsNowhere) {
+  Watch(0.3, -1);
+  objects_[scene_.FindObjectId("c")].seen = false;
+  Watch(0.3, -1);
+  EXPECT_THAT(Facts(), testing::UnorderedElementsAre("on(a,table)", "on(b,table)"));
 }
 
 // :init is authoritative: what geometry contradicts from the start is not corrected.

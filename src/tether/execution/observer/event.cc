@@ -32,16 +32,28 @@ std::string_view ToString(EventKind kind) {
       return "detour";
     case EventKind::kTransit:
       return "transit";
+    case EventKind::kResumed:
+      return "resumed";
     case EventKind::kReplanned:
       return "replanned";
+    case EventKind::kWaiting:
+      return "waiting";
+    case EventKind::kGoalBroken:
+      return "goal_broken";
     case EventKind::kClearance:
       return "clearance";
     case EventKind::kRetry:
       return "retry";
     case EventKind::kEstimateInvalid:
       return "estimate_invalid";
+    case EventKind::kSight:
+      return "sight";
     case EventKind::kSafety:
       return "safety";
+    case EventKind::kFault:
+      return "fault";
+    case EventKind::kRecovered:
+      return "recovered";
     case EventKind::kFinished:
       return "finished";
     case EventKind::kFailed:

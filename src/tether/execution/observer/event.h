@@ -23,11 +23,17 @@ enum class EventKind {
   kStalled,          ///< A verb made no progress.
   kDetour,           ///< The arm follows a path in joint space around what stopped it.
   kTransit,          ///< The whole arm follows a path to where the step begins.
+  kResumed,          ///< The plan goes on from one of its actions, with new key poses.
   kReplanned,        ///< The plan goes on with other actions, or another place, than it had.
+  kWaiting,          ///< There is no plan from here; it is waited for one.
+  kGoalBroken,       ///< A part of a temporal goal that nothing can make true any more.
   kClearance,        ///< The hand could not rise to a safe height, and went on below it.
   kRetry,            ///< Execution resumes at `step`.
   kEstimateInvalid,  ///< An object's pose was not finite: the last one is used.
+  kSight,            ///< An object is not seen any more, or seen again.
   kSafety,           ///< The controller kept the arm from something: see `text`.
+  kFault,            ///< Something is not measured, or does not answer; the arm is stopped.
+  kRecovered,        ///< … and the arm goes on.
   kFinished,
   kFailed,
 };

@@ -11,13 +11,13 @@ namespace tether::execution {
 Observable FindObservable(const scene::Scene& scene, const std::string& predicate,
                           const std::vector<std::string>& arguments) {
   const bool on = predicate == "on", in = predicate == "in";
-  if (!on && !in && predicate != "inhand") return Observable::kNone;
+  if (!on && !in && predicate != "inhand") return Observable::kNothing;
   if (arguments.size() != (on || in ? 2 : 1) || scene.FindObject(arguments[0]) == nullptr)
-    return Observable::kNone;
-  if (on) return scene.FindObject(arguments[1]) != nullptr ? Observable::kOn : Observable::kNone;
+    return Observable::kNothing;
+  if (on) return scene.FindObject(arguments[1]) != nullptr ? Observable::kOn : Observable::kNothing;
   if (!in) return Observable::kInHand;
   const bool is_area = scene.FindRegion(arguments[1]) != nullptr || scene.groups.contains(arguments[1]);
-  return is_area ? Observable::kIn : Observable::kNone;
+  return is_area ? Observable::kIn : Observable::kNothing;
 }
 
 FactObserver::FactObserver(const scene::Scene& scene, const symbolic::Task& task,
@@ -35,7 +35,7 @@ FactObserver::FactObserver(const scene::Scene& scene, const symbolic::Task& task
     }
     ObservableFact one;
     one.kind = FindObservable(scene, declared.name, names);
-    if (one.kind == Observable::kNone) return;
+    if (one.kind == Observable::kNothing) return;
     one.fact = {predicate, arguments, {}};
     one.text = task.AtomName({predicate, arguments});
     one.object = scene.FindObjectId(names[0]);
@@ -66,7 +66,7 @@ void FactObserver::TakePoses(const IndexedVector<ObjectId, control::MovingPose>&
 bool FactObserver::IsSeen(const ObservableFact& fact,
                           const IndexedVector<ObjectId, control::MovingPose>& objects, ObjectId held) const {
   if (fact.kind == Observable::kInHand) return held == fact.object;
-  if (held == fact.object) return false;
+  if (held == fact.object || !objects[fact.object].seen) return false;
   const scene::Object& body = scene_.object(fact.object);
   if (fact.kind == Observable::kIn) return scene::IsIn(scene_, X_WO_, body, fact.area);
   const math::Pose& X_WA = objects[fact.object].X;
@@ -85,7 +85,8 @@ bool FactObserver::Look(double time, const IndexedVector<ObjectId, control::Movi
     const bool seen = IsSeen(fact, objects, held);
     if (!started_ || seen != fact.seen) fact.since = time;
     fact.seen = seen;
-    if (!started_ || time >= fact.since + options_.debounce - 1e-9) fact.value = seen;
+    const double debounce = exact_ ? options_.exact_debounce : options_.debounce;
+    if (!started_ || time >= fact.since + debounce - 1e-9) fact.value = seen;
   }
   started_ = true;
   return true;

@@ -13,7 +13,7 @@ namespace tether::execution {
 
 /// What poses and the hand tell of a ground atom: `on` of two objects, `in` of an object and a region or
 /// group, `inhand` of an object; of all others nothing.
-enum class Observable { kNone, kOn, kIn, kInHand };
+enum class Observable { kNothing, kOn, kIn, kInHand };
 /// By the names of predicate and arguments, and what these are in the scene.
 Observable FindObservable(const scene::Scene& scene, const std::string& predicate,
                           const std::vector<std::string>& arguments);
@@ -32,10 +32,11 @@ struct ObservableFact {
 };
 
 struct FactObserverOptions {
-  double period = 0.02;    ///< Between looks, s.
-  double debounce = 0.15;  ///< A change counts once it has been seen for so long, s.
-  double contact = 6e-3;   ///< What is on something is in contact with it to within this, m.
-  double lean = 0.15;      ///< What leans more than this is not on, rad.
+  double period = 0.01;          ///< Between looks, s.
+  double debounce = 0.15;        ///< A change counts once it has been seen for so long, s …
+  double exact_debounce = 0.01;  ///< … or for so long where poses are exact and not late.
+  double contact = 6e-3;         ///< What is on something is in contact with it to within this, m.
+  double lean = 0.15;            ///< What leans more than this is not on, rad.
 };
 
 /// Watches which facts hold, from the estimated poses and from what the hand holds. All other predicates are
@@ -51,6 +52,8 @@ class FactObserver {
             bool at_once = false);
 
   const std::vector<ObservableFact>& facts() const { return facts_; }
+  /// Whether poses are exact and not late.
+  void set_exact(bool exact) { exact_ = exact; }
 
  private:
   bool IsSeen(const ObservableFact& fact, const IndexedVector<ObjectId, control::MovingPose>& objects,
@@ -65,6 +68,7 @@ class FactObserver {
   std::map<std::string, math::Pose> X_WO_;
   double next_ = 0;
   bool started_ = false;
+  bool exact_ = false;
 };
 
 }  // namespace tether::execution

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "tether/math/pose_error.h"
+
 namespace tether::execution {
 namespace {
 
@@ -60,8 +62,8 @@ void FrameTracker::Correct(const math::Pose& X_WF) {
   const double dt = time_ - measured_;
   if (dt <= 0) return;
   measured_ = time_;
-  const Eigen::Vector3d shift = X_WF.p - X_WF_.p;
-  const Eigen::Vector3d turn = math::LogSO3(X_WF.R * X_WF_.R.transpose());
+  const math::Vector6d error = math::PoseError(X_WF_, X_WF);
+  const Eigen::Vector3d shift = error.head<3>(), turn = error.tail<3>();
   const double share = 1 - std::exp(-dt / kCompare);
   position_.Add(shift, share);
   rotation_.Add(turn, share);

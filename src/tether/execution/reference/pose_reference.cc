@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/math/pose_error.h"
+
 namespace tether::execution {
 namespace {
 
@@ -30,11 +32,11 @@ void PoseReference::Reset(const math::Pose& X_TR, const math::Vector6d& V_TR, co
 }
 
 void PoseReference::Advance(const math::Pose& X_TG, const MotionLimits& limits, double dt) {
-  const Eigen::Vector3d shift = X_TG.p - X_TR_.p;
-  const Eigen::Vector3d turn = math::LogSO3(X_TG.R * X_TR_.R.transpose());
-  const Eigen::Vector3d v = DesiredVelocity(shift, limits.speed, limits.acceleration, limits.settle_rate);
+  const math::Vector6d left = math::PoseError(X_TR_, X_TG);
+  const Eigen::Vector3d v =
+      DesiredVelocity(left.head<3>(), limits.speed, limits.acceleration, limits.settle_rate);
   const Eigen::Vector3d w =
-      DesiredVelocity(turn, limits.angular_speed, limits.angular_acceleration, limits.settle_rate);
+      DesiredVelocity(left.tail<3>(), limits.angular_speed, limits.angular_acceleration, limits.settle_rate);
   A_TR_.head<3>() = Limited((v - V_TR_.head<3>()) / dt, limits.acceleration);
   A_TR_.tail<3>() = Limited((w - V_TR_.tail<3>()) / dt, limits.angular_acceleration);
   V_TR_ += dt * A_TR_;

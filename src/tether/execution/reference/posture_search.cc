@@ -4,12 +4,12 @@
 #include <cassert>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include "tether/math/pose_error.h"
+#include "tether/robot/damped_step.h"
 
 namespace tether::execution {
 namespace {
 
-constexpr double kDamping = 0.02;
 constexpr double kMaxStep = 0.3;          // rad
 constexpr double kReached = 0.005;        // m
 constexpr double kEnoughRoom = 0.35;      // rad: more room than this is no better.
@@ -65,24 +65,11 @@ const Eigen::VectorXd& PostureSearch::q() const { return candidates_[best_].q; }
 
 void PostureSearch::Improve(Candidate& candidate) {
   state_.Set(candidate.q, zero_);
-  const Eigen::MatrixXd& J = state_.J_BH();
-  math::Vector6d e;
-  e.head<3>() = candidate.X_BH.p - state_.X_BH().p;
-  e.tail<3>() = math::LogSO3(candidate.X_BH.R * state_.X_BH().R.transpose());
+  const math::Vector6d e = math::PoseError(state_.X_BH(), candidate.X_BH);
   candidate.error = e.head<3>().norm() + 0.2 * e.tail<3>().norm();
-  math::Matrix6d JJt;
-  JJt.noalias() = J * J.transpose();
-  JJt.diagonal().array() += kDamping * kDamping;
-  const Eigen::LDLT<math::Matrix6d> solver(JJt);
   // Towards rest within the null space, so that the answer does not depend on where the arm happens to be.
   step_ = 0.1 * (rest_ - candidate.q);
-  math::Vector6d drift;
-  drift.noalias() = J * step_;
-  const math::Vector6d y = solver.solve(e - drift);
-  step_.noalias() += J.transpose() * y;
-  const double largest = step_.cwiseAbs().maxCoeff();
-  if (largest > kMaxStep) step_ *= kMaxStep / largest;
-  candidate.q = (candidate.q + step_).cwiseMax(model_->lower()).cwiseMin(model_->upper());
+  robot::TakeDampedStep(*model_, state_.J_BH(), e, kMaxStep, &step_, &candidate.q);
 }
 
 void PostureSearch::Choose() {

@@ -1,14 +1,13 @@
 #include "tether/execution/reference/reach_search.h"
 
-#include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
+#include "tether/math/pose_error.h"
+#include "tether/robot/damped_step.h"
 
 namespace tether::execution {
 namespace {
 
-constexpr double kDamping = 0.02;
 constexpr double kMaxStep = 0.4;  // rad
 // What a radian counts, m, and errors that are none.
 constexpr double kLever = 0.2;
@@ -55,9 +54,7 @@ void ReachSearch::NextStart() {
 void ReachSearch::Advance() {
   if (state_ != State::kSearching) return;
   kinematics_.Set(q_, zero_);
-  math::Vector6d e;
-  e.head<3>() = X_BH_.p - kinematics_.X_BH().p;
-  e.tail<3>() = math::LogSO3(X_BH_.R * kinematics_.X_BH().R.transpose());
+  const math::Vector6d e = math::PoseError(kinematics_.X_BH(), X_BH_);
   const double off_m = e.head<3>().norm(), off_rad = e.tail<3>().norm();
   if (off_m + kLever * off_rad < least_) {
     least_ = off_m + kLever * off_rad;
@@ -69,15 +66,8 @@ void ReachSearch::Advance() {
     return;
   }
   if (++iteration_ > kIterations) return NextStart();
-  const Eigen::MatrixXd& J = kinematics_.J_BH();
-  math::Matrix6d JJt;
-  JJt.noalias() = J * J.transpose();
-  JJt.diagonal().array() += kDamping * kDamping;
-  const math::Vector6d y = JJt.ldlt().solve(e);
-  step_.noalias() = J.transpose() * y;
-  const double largest = step_.cwiseAbs().maxCoeff();
-  if (largest > kMaxStep) step_ *= kMaxStep / largest;
-  q_ = (q_ + step_).cwiseMax(model_->lower()).cwiseMin(model_->upper());
+  step_.setZero();
+  robot::TakeDampedStep(*model_, kinematics_.J_BH(), e, kMaxStep, &step_, &q_);
 }
 
 }  // namespace tether::execution

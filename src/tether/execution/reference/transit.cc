@@ -2,11 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <utility>
-#include <variant>
-
-#include "tether/geometry/distance/bounds.h"
 
 namespace tether::execution {
 namespace {
@@ -20,26 +16,6 @@ constexpr double kRisen = 0.01;
 // before the goal.
 constexpr double kBeside = 0.01;
 constexpr double kFunnelSlope = 2;
-
-// Half extents of a primitive along the axes of the frame whose rotation is R.
-Eigen::Vector3d HalfExtents(const geometry::Primitive& primitive, const Eigen::Matrix3d& R) {
-  const auto half = [&](const auto& p) -> Eigen::Vector3d {
-    using T = std::decay_t<decltype(p)>;
-    if constexpr (std::is_same_v<T, geometry::Box>) {
-      return R.cwiseAbs() * (0.5 * p.size);
-    } else if constexpr (std::is_same_v<T, geometry::Sphere>) {
-      return Eigen::Vector3d::Constant(p.radius);
-    } else if constexpr (std::is_same_v<T, geometry::Capsule>) {
-      return R.col(2).cwiseAbs() * (0.5 * p.length) + Eigen::Vector3d::Constant(p.radius);
-    } else if constexpr (std::is_same_v<T, geometry::Hull>) {
-      return Eigen::Vector3d::Zero();  // not centred; BoundsOf never asks
-    } else {
-      const Eigen::Array3d across = (1 - R.col(2).array().square()).max(0).sqrt();
-      return R.col(2).cwiseAbs() * (0.5 * p.length) + (p.radius * across).matrix();
-    }
-  };
-  return std::visit(half, primitive);
-}
 
 // The part [*from, *to] of s ∈ [0, 1] in which a + s (b − a) lies inside (lower, upper); false if there is
 // none.
@@ -56,25 +32,12 @@ bool Clip(double a, double b, double lower, double upper, double* from, double* 
 
 }  // namespace
 
-Bounds BoundsOf(const geometry::Primitive& primitive, const math::Pose& X_FP) {
-  if (std::holds_alternative<geometry::Hull>(primitive)) {
-    const geometry::Aabb box = geometry::BoundingBox(primitive, X_FP);
-    return {box.lower, box.upper};
-  }
-  const Eigen::Vector3d half = HalfExtents(primitive, X_FP.R);
-  return {X_FP.p - half, X_FP.p + half};
-}
-
-Bounds Union(const Bounds& a, const Bounds& b) {
-  return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
-}
-
-Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_from,
-                     const Eigen::Vector3d& p_to, const std::vector<Bounds>& obstacles,
+Passage CheckPassage(const std::vector<geometry::Aabb>& body, const Eigen::Vector3d& p_from,
+                     const Eigen::Vector3d& p_to, const std::vector<geometry::Aabb>& obstacles,
                      const TransitMargins& margins, double ceiling) {
   Passage passage;
-  for (const Bounds& part : body) {
-    for (const Bounds& obstacle : obstacles) {
+  for (const geometry::Aabb& part : body) {
+    for (const geometry::Aabb& obstacle : obstacles) {
       const double needed = obstacle.upper.z() + margins.above - part.lower.z();
       if (needed > ceiling || (passage.blocked && needed <= passage.height)) continue;
       double from = 0;

@@ -4,22 +4,10 @@
 
 #include <Eigen/Core>
 
-#include "tether/geometry/shape.h"
+#include "tether/geometry/distance/bounds.h"
 #include "tether/math/pose.h"
 
 namespace tether::execution {
-
-/// An axis-aligned box.
-struct Bounds {
-  Eigen::Vector3d lower = Eigen::Vector3d::Zero();
-  Eigen::Vector3d upper = Eigen::Vector3d::Zero();
-};
-
-/// The tightest axis-aligned box, in the frame F, about a primitive at X_FP.
-Bounds BoundsOf(const geometry::Primitive& primitive, const math::Pose& X_FP);
-
-/// The box about both.
-Bounds Union(const Bounds& a, const Bounds& b);
 
 /// Distances that a transit keeps from what it passes, m.
 struct TransitMargins {
@@ -36,8 +24,8 @@ struct Passage {
 /// Checks the straight motion of a body's origin from `p_from` to `p_to` (world, z up) against obstacles.
 /// `body`: boxes of its parts relative to its origin. Obstacles that the body passes beneath are no
 /// obstructions, nor are those that could be cleared only above `ceiling` (m).
-Passage CheckPassage(const std::vector<Bounds>& body, const Eigen::Vector3d& p_from,
-                     const Eigen::Vector3d& p_to, const std::vector<Bounds>& obstacles,
+Passage CheckPassage(const std::vector<geometry::Aabb>& body, const Eigen::Vector3d& p_from,
+                     const Eigen::Vector3d& p_to, const std::vector<geometry::Aabb>& obstacles,
                      const TransitMargins& margins, double ceiling);
 
 /// The pose that a transit should head for now. A plan holds no path between key poses, so obstructions are

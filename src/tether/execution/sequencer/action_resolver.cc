@@ -123,6 +123,13 @@ class ActionResolver {
       return;
     }
     step.target = *FindFrame(scene_, schema.target);
+    if (region) step.region = frames.RegionOf(bound.target);
+    const auto end_of = [&frames](FrameId frame) {
+      return AllowedEnd{frame == frames.hand(), frames.ObjectOf(frame), frames.RegionOf(frame)};
+    };
+    for (const auto& [first, second] : bound.allow) step.allow.emplace_back(end_of(first), end_of(second));
+    // What is brought to a region touches what carries it.
+    if (region && step.control != kNone) step.allow.emplace_back(end_of(bound.control), end_of(bound.target));
     for (const planning::Verb& verb : schema.execute) ResolveVerb(verb, what, schema.where, &step);
     planning::PlanStep planned;
     planned.action = bound.action;

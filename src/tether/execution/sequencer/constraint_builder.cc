@@ -42,21 +42,13 @@ ObjectId ControlScene::Find(const std::string& name) const {
 }
 
 control::Frame ControlScene::Target(const std::string& name) const {
-  std::string frame = name.ends_with("/base") ? name.substr(0, name.size() - 5) : name;
-  math::Pose X_FrameTarget;
-  while (frame != scene::kWorld) {
-    if (const ObjectId object = Find(frame); object.valid()) return {object.value(), X_FrameTarget};
-    if (const scene::Region* region = scene_.FindRegion(frame)) {
-      X_FrameTarget = region->X_ParentRegion * X_FrameTarget;
-      frame = region->parent;
-    } else if (const scene::Robot* robot = scene_.FindRobot(frame)) {
-      X_FrameTarget = robot->X_ParentBase * X_FrameTarget;
-      frame = robot->parent;
-    } else {
-      break;
-    }
-  }
-  return {-1, X_WBase_.Inverse() * X_FrameTarget};
+  const std::string frame = name.ends_with("/base") ? name.substr(0, name.size() - 5) : name;
+  return Target(FindFrame(scene_, frame).value_or(AttachedFrame{}));
+}
+
+control::Frame ControlScene::Target(const AttachedFrame& frame) const {
+  if (frame.object != kNone) return {frame.object.value(), frame.X_OF};
+  return {-1, X_WBase_.Inverse() * frame.X_OF};
 }
 
 std::string ControlScene::SupportOf(const std::string& name) const {
@@ -82,8 +74,8 @@ control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const C
 }
 
 BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& specs,
-                                  const ControlScene& scene, const control::ArmBodies& bodies,
-                                  int last_link) {
+                                  const ControlScene& scene, const control::ArmBodies& bodies) {
+  const int last_link = bodies.link(bodies.hand());
   BuiltConstraints built;
   for (const control::ConstraintSpec& spec : specs) {
     if (spec.kind == "joint_limits") {

@@ -6,6 +6,7 @@
 
 #include "tether/control/constrained_velocity.h"
 #include "tether/control/constraint_spec.h"
+#include "tether/execution/sequencer/resolved_plan.h"
 #include "tether/scene/scene.h"
 
 namespace tether::execution {
@@ -22,6 +23,8 @@ class ControlScene {
   ObjectId Find(const std::string& name) const;
   /// A frame by name, as a target: what is attached to an object moves with it. "r/base" is a robot's base.
   control::Frame Target(const std::string& name) const;
+  /// The same for a frame that was looked up.
+  control::Frame Target(const AttachedFrame& frame) const;
   /// The object that a frame is attached to, or itself; empty for what is attached to the world.
   std::string SupportOf(const std::string& name) const;
 
@@ -41,7 +44,7 @@ struct BuiltConstraints {
 
 /// `bodies` numbers the arm's bodies. Names must have been checked.
 BuiltConstraints BuildConstraints(const std::vector<control::ConstraintSpec>& specs,
-                                  const ControlScene& scene, const control::ArmBodies& bodies, int last_link);
+                                  const ControlScene& scene, const control::ArmBodies& bodies);
 
 /// One field: `outside` or `tilt`.
 control::FieldConstraint BuildField(const control::ConstraintSpec& spec, const ControlScene& scene);

@@ -145,7 +145,8 @@ TEST(Executive, StaysSafeWhenSensorsFail) {
     const Eigen::VectorXd& torque = executive.Step(seen.estimate, seen.observations).at("panda").torque;
     ASSERT_TRUE(torque.allFinite());
   }
-  EXPECT_EQ(executive.events().back().kind, EventKind::kSafety);
+  EXPECT_EQ(executive.events().back().kind, EventKind::kFault);
+  EXPECT_EQ(executive.events().back().text, "what is measured of 'panda' is not finite; it is not believed");
   seen.observations["panda"].q = good;
   seen.estimate.X_WO["box"].p.y() = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 10; ++i, seen.Tick()) {
@@ -191,7 +192,7 @@ TEST(Executive, ConstrainedTorquesStayFiniteAndWithinTheirRateWhateverIsMeasured
     last = torque;
   }
   bool said = false;
-  for (const Event& event : executive.events()) said = said || event.kind == EventKind::kSafety;
+  for (const Event& event : executive.events()) said = said || event.kind == EventKind::kFault;
   EXPECT_TRUE(said);
 }
 

@@ -67,8 +67,8 @@ void RequireHoldable(const scene::Scene& scene, const std::string& robot, const 
     const double needed = std::abs(state.bias()[i]);
     if (needed <= model.max_torque()[i]) continue;
     diagnostics.Add({},
-                    model.joint_names()[static_cast<size_t>(i)] + " of '" + robot + "' needs " +
-                        Fixed(needed, 1) + " Nm to hold its start pose, but its 'max_torque' is " +
+                    model.joint_names()[i] + " of '" + robot + "' needs " + Fixed(needed, 1) +
+                        " Nm to hold its start pose, but its 'max_torque' is " +
                         Fixed(model.max_torque()[i], 1) + " Nm",
                     "another start pose, or a robot whose joints are strong enough for its weight");
   }

@@ -106,7 +106,7 @@ TEST(Transit, BoundsAreTight) {
                                             geometry::Capsule{0.05, 0.3}, geometry::Cylinder{0.1, 0.2}};
   for (const auto& primitive : primitives) {
     const Pose X = RandomPose(&random, 1);
-    const Bounds bounds = BoundsOf(primitive, X);
+    const geometry::Aabb bounds = geometry::BoundingBox(primitive, X);
     Eigen::Vector3d lower = Eigen::Vector3d::Constant(1e9);
     Eigen::Vector3d upper = -lower;
     for (int i = 0; i < 200000; ++i) {
@@ -138,8 +138,8 @@ TEST(Transit, BoundsAreTight) {
 class TransitPassage : public testing::Test {
  protected:
   // A hand that reaches 5 cm down, and a tower 30 cm high between two places.
-  const std::vector<Bounds> body_{{{-0.03, -0.1, -0.05}, {0.03, 0.1, 0.1}}};
-  const std::vector<Bounds> tower_{{{0.45, -0.03, 0}, {0.55, 0.03, 0.3}}};
+  const std::vector<geometry::Aabb> body_{{{-0.03, -0.1, -0.05}, {0.03, 0.1, 0.1}}};
+  const std::vector<geometry::Aabb> tower_{{{0.45, -0.03, 0}, {0.55, 0.03, 0.3}}};
   const TransitMargins margins_;
 };
 
@@ -155,7 +155,7 @@ TEST_F(TransitPassage, FindsTheHeightThatClears) {
   const Eigen::Vector3d aside(0.11, 0, 0);
   EXPECT_FALSE(CheckPassage(body_, from + aside, to + aside, tower_, margins_, 1).blocked);
   EXPECT_FALSE(CheckPassage(body_, from, to, tower_, margins_, 0.3).blocked);
-  const std::vector<Bounds> bridge{{{0, -0.03, 0.5}, {1, 0.03, 0.6}}};
+  const std::vector<geometry::Aabb> bridge{{{0, -0.03, 0.5}, {1, 0.03, 0.6}}};
   EXPECT_FALSE(CheckPassage(body_, from, to, bridge, margins_, 1).blocked);
 }
 

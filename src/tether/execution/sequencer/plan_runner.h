@@ -5,10 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/contact/touch.h"
+#include "tether/execution/monitor/replanning.h"
 #include "tether/execution/observer/event.h"
 #include "tether/planning/plan/plan.h"
 #include "tether/robot/interface.h"
 #include "tether/scene/scene.h"
+#include "tether/task/goal/product.h"
 
 namespace tether::control {
 struct FieldConstraint;
@@ -55,10 +58,18 @@ class PlanRunner {
   virtual int retries() const = 0;
   /// How often the plan went on with other actions than it began with.
   virtual int replans() const { return 0; }
-  /// Pairs that the present step may bring into contact: names of objects, and "hand".
-  virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
-  /// Whether the present step may bring these two into contact, in either order.
-  bool Allows(const std::string& a, const std::string& b) const;
+  /// Each time that a plan was asked for.
+  virtual const std::vector<PlanningRecord>& plannings() const;
+  /// The goal is another from now on: a PDDL formula, or a temporal one in its place. Plans anew when the
+  /// hand's present grasp or release is done; false where nothing plans anew, or the run has ended. Throws
+  /// InputError for a goal that names what does not exist.
+  struct Goal {
+    std::string pddl;
+    std::optional<task::TemporalGoal> temporal;
+  };
+  virtual bool ChangeGoal(const Goal&) { return false; }
+  /// Pairs that the present step may bring into contact.
+  virtual const TouchList& allowed() const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

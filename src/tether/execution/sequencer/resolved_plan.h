@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tether/common/id.h"
@@ -23,6 +24,13 @@ struct AttachedFrame {
   math::Pose X_OF;
 };
 
+/// One of two that an action's step allows to touch: the hand, an object, or what carries a region.
+struct AllowedEnd {
+  bool hand = false;
+  ObjectId object;
+  int region = -1;  ///< Index in Scene::regions.
+};
+
 /// A step of a plan with its names looked up: the tool, what the hand holds or the hand itself, is brought to
 /// X_TC · X_CTool in the target frame T.
 struct ResolvedStep {
@@ -38,6 +46,8 @@ struct ResolvedStep {
 
   // Of steps that ResolveActions() has bound.
   planning::StepSchema schema;
+  int region = -1;  ///< That is the target, by its index in Scene::regions.
+  std::vector<std::pair<AllowedEnd, AllowedEnd>> allow;            ///< Pairs that may touch.
   std::optional<math::Pose> X_TC;                                  ///< The plan's key pose, if it has one.
   IndexedVector<int, std::vector<control::ConstraintSpec>> specs;  ///< Per verb: its own constraints.
 };

@@ -6,11 +6,19 @@
 #include <utility>
 #include <variant>
 
+#include "tether/robot/gravity.h"
+
 namespace tether::execution {
 namespace {
 
 // Measurements of objects are no older than this, s.
 constexpr double kHandHistory = 0.3;
+// A clock of poses whose stamp is further ahead than this has jumped, s.
+constexpr double kPoseClockSlack = 0.1;
+
+Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
+  return X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity);
+}
 
 }  // namespace
 
@@ -23,8 +31,16 @@ Sequencer::Sequencer(std::unique_ptr<Situation> situation, const ServoMaker& mak
       options_(options),
       trackers_(s_.objects.size()),
       invalid_(s_.objects.size(), false),
+      seen_at_(s_.objects.size(), 0.0),
+      valid_(s_.objects.size(), 0.0),
+      guard_(s_.model, GravityIn(s_.X_WB), options.period),
+      estimate_clock_(kPoseClockSlack),
+      faults_(options.faults),
       hands_(static_cast<size_t>(std::ceil(kHandHistory / options.period)) + 1) {
   servo_->Prepare(&commands_);
+  robot::Command& command = commands_.find(s_.robot)->second;
+  mode_ = command.mode;
+  if (command.velocity.size() == 0) command.velocity.setZero(s_.model->dof());
 }
 
 Sequencer::~Sequencer() = default;
@@ -38,12 +54,14 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
                                        const robot::Observations& observations) {
   const auto seen = observations.find(s_.robot);
   assert(seen != observations.end());
-  Sense(estimate, seen->second);
+  guard_.Take(seen->second, commands_.find(s_.robot)->second, servo_->Carried());
+  Sense(estimate, guard_.believed());
+  WatchFaults();
   for (OtherArm& other : s_.others) {
     const auto found = observations.find(other.name);
     if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
   }
-  if (s_.trustworthy) {
+  if (s_.trustworthy && !s_.stopping) {
     if (!started_) Begin();
     Watch();
     if (ContinueLoop()) {
@@ -56,7 +74,9 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
     }
   }
   servo_->Command(observations, &commands_);
-  commands_.find(s_.robot)->second.gripper = s_.gripper;
+  robot::Command& command = commands_.find(s_.robot)->second;
+  command.gripper = s_.gripper;
+  LetServoHold(&command);
   return commands_;
 }
 
@@ -64,7 +84,8 @@ void Sequencer::Begin() {
   started_ = true;
   servo_->Begin();
   if (options_.replanning.plan_anew)
-    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions);
+    monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions,
+                                         options_.replanning.goal);
   if (s_.in_plan()) {
     EnterStep(0);
   } else {
@@ -102,7 +123,10 @@ void Sequencer::FinishStep() {
   if (MissedItsRegion()) return;
   const int action = s_.plan_step().action_index;
   const bool last = s_.step + 1 == s_.num_steps();
-  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) monitor_->Finish(action);
+  if (monitor_ && (last || s_.plan_step(s_.step + 1).action_index != action)) {
+    monitor_->Finish(action);
+    failures_.clear();
+  }
   if (!last) {
     EnterStep(s_.step + 1);
   } else if (monitor_) {
@@ -144,14 +168,16 @@ void Sequencer::Advance() {
     } else {
       FinishStep();
     }
-  } while (options_.passes_at_once && running());
+    // Where a plan is waited for, or the goal is looked at, there is no verb to go on with.
+  } while (options_.passes_at_once && running() && !pending_ && !waiting_ && s_.in_plan());
 }
 
 void Sequencer::Abort(const Progress& progress) {
   if (progress.kind != EventKind::kFailed) s_.Record(progress.kind, progress.reason);
   servo_->Stop();
   if (progress.state == Progress::State::kFailed) return Fail(progress.reason);
-  if (progress.state == Progress::State::kGiveUp) return GiveUp(progress.reason);
+  if (progress.state == Progress::State::kGiveUp || (progress.out_of_reach && monitor_))
+    return GiveUp(progress.reason);
   waiting_ = progress;
   WaitToRetry();
 }
@@ -196,6 +222,7 @@ void Sequencer::Recover(bool open) {
 
 void Sequencer::GiveUp(const std::string& reason) {
   std::string why;
+  if (monitor_) ++failures_[s_.plan.actions[ToIndex(s_.plan_step().action_index)]];
   if (monitor_ ? AskForPlan(reason, &why) : TryAlternative(&why)) return;
   Fail(why.empty() ? reason : reason + "; " + why);
 }

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/monitor/fault_watch.h"
 #include "tether/execution/monitor/monitor.h"
+#include "tether/execution/monitor/observation_guard.h"
 #include "tether/execution/observer/frame_tracker.h"
 #include "tether/execution/sequencer/plan_runner.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -49,9 +51,9 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override {
-    return servo_->allowed();
-  }
+  bool ChangeGoal(const Goal& goal) override;
+  const std::vector<PlanningRecord>& plannings() const override { return plannings_; }
+  const TouchList& allowed() const override { return servo_->allowed(); }
   const std::vector<control::FieldConstraint>& verb_fields() const override { return servo_->verb_fields(); }
 
  protected:
@@ -84,6 +86,12 @@ class Sequencer : public PlanRunner {
   void Watch();
   bool ContinueLoop();
   bool AskForPlan(const std::string& reason, std::string* why);
+  PlanRequest MakeRequest();
+  void Request(PlanRequest request, int action, const std::string& reason);
+  void AskAgain();
+  std::string WhyAtOnce() const;
+  bool IsUnsettled();
+  void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
   bool AllowsAction(int action);
   void Verify();
@@ -93,11 +101,23 @@ class Sequencer : public PlanRunner {
   void Track(ObjectId object, const math::Pose* measured, bool news);
   bool IsFresh() const;
   void FollowHeld(const scene::WorldEstimate& estimate, bool news);
+  /// The arm is stopped while something is not measured.
+  void WatchFaults();
+  /// What is wrong in this tick, and for how long that is borne, s.
+  enum class Wrong { kNothing, kArm, kPoses, kPoseClock, kTarget };
+  std::pair<Wrong, double> FindWrong();
+  std::string DescribeWrong() const;
+  /// Torques can't hold an arm that is not measured for long: once it stands, its own servo is to.
+  void LetServoHold(robot::Command* command) const;
+  /// An object of the present step whose pose has not been finite for long; kNone: there is none.
+  ObjectId LostTarget() const;
 
   // sequencer_grasp.cc
   Progress Grip(const planning::GripperVerb& verb);
   void BeginGrip(const planning::GripperVerb& verb);
   Progress JudgeGrasp();
+  Progress WaitForGripper();
+  void NoteGripperMoves();
   /// What fingers must close with so that an object of this mass (kg) does not slip, N at each pad.
   double HoldingForce(ObjectId object, double mass) const;
   void WatchGrip(double slip);
@@ -112,10 +132,21 @@ class Sequencer : public PlanRunner {
   const Resolver resolve_;
   const SequencerOptions options_;
   robot::Commands commands_;
+  robot::Command::Mode mode_;  ///< Of the arm's commands, as the servo has them.
 
   IndexedVector<ObjectId, FrameTracker> trackers_;
-  IndexedVector<ObjectId, bool> invalid_;  ///< Its last pose was not finite.
+  IndexedVector<ObjectId, bool> invalid_;    ///< Its last pose was not finite.
+  IndexedVector<ObjectId, double> seen_at_;  ///< When it was measured last, s.
+  IndexedVector<ObjectId, double> valid_;    ///< When its pose was last finite, or lacking, s.
   double estimate_time_ = -std::numeric_limits<double>::infinity();
+  ObservationGuard guard_;
+  OwnClock estimate_clock_;
+  bool estimate_jumped_ = false;  ///< In this tick.
+  double news_time_ = 0;          ///< When poses last came, s.
+  FaultWatch faults_;
+  Wrong wrong_ = Wrong::kNothing;  ///< What was wrong last.
+  ObjectId lost_target_;           ///< With kTarget.
+  double unanswered_ = -1;         ///< Since when the gripper does not answer, s; −1: it does.
   struct TimedPose {
     double time = -1;
     math::Pose X_WH;
@@ -130,6 +161,7 @@ class Sequencer : public PlanRunner {
 
   bool entered_ = false;  ///< The present verb, of those that the sequencer executes itself.
   double verb_start_ = 0;
+  double first_opening_ = 0;  ///< As the present verb began, m.
   double last_opening_ = 0;
   double quiet_since_ = 0;
   double held_width_ = 0;   ///< Between the fingers as it was grasped, m.
@@ -148,11 +180,27 @@ class Sequencer : public PlanRunner {
     int action = 0;  ///< It takes the place of the plan's actions from this one on.
     double due = 0;  ///< s
     std::string reason;
+    int goals = 0;  ///< The goal was changed so many times before.
+    PlanRequest request;
   };
   std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
   std::optional<Pending> pending_;
-  std::optional<std::pair<double, std::string>> ask_again_;  ///< At this time, s, for this reason.
-  int fruitless_ = 0;                                        ///< Times in a row that no plan was found.
+  /// A plan is asked for again.
+  struct Again {
+    double due = 0;  ///< s
+    std::string reason;
+    int action = 0;  ///< As Pending has it.
+  };
+  std::optional<Again> ask_again_;
+  int ask_action_ = 0;
+  std::optional<Goal> new_goal_;  ///< That no plan has been adopted for yet.
+  int goals_ = 0;                 ///< Times that the goal was changed.
+  std::vector<PlanningRecord> plannings_;
+  double unsettled_since_ = -1;  ///< What changed the state has been moving since then, s; −1: nothing has.
+  PlanRequest in_vain_;          ///< What no plan was found for last …
+  std::string why_not_;          ///< … and why.
+  int fruitless_ = 0;            ///< Times in a row that no plan was found.
+  std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.
 };
 

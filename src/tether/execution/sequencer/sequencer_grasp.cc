@@ -17,6 +17,8 @@ constexpr double kLeastFriction = 0.1;
 // Each time that an object has slipped so much further, m, it is held so much harder; an increase by this is
 // told.
 constexpr double kSlipStep = 0.004, kMoreForce = 1.4, kTold = 1.2;
+// A gripper that has further to go than this and has not moved does not answer, m.
+constexpr double kWay = 0.004;
 
 // Why what was put into a region is not in it.
 std::string Misfit(const scene::RegionFit& fit) {
@@ -39,8 +41,9 @@ void Sequencer::Release() {
 
 void Sequencer::BeginGrip(const planning::GripperVerb& verb) {
   servo_->Rest(true);
-  last_opening_ = s_.opening;
+  first_opening_ = last_opening_ = s_.opening;
   quiet_since_ = s_.time;
+  unanswered_ = -1;
   if (!verb.close_on.empty()) {
     s_.gripper.mode = robot::GripperCommand::Mode::kForce;
     const ObjectId object = s_.recovering ? kNone : s_.current().close_on[s_.verb];
@@ -70,12 +73,20 @@ Progress Sequencer::Grip(const planning::GripperVerb& verb) {
   if (std::abs(s_.opening - last_opening_) > settling.change) {
     last_opening_ = s_.opening;
     quiet_since_ = s_.time;
+    if (unanswered_ >= 0) NoteGripperMoves();
   }
   const double elapsed = s_.time - verb_start_;
   const bool settled = s_.time - quiet_since_ > settling.quiet && elapsed > settling.least_time;
   const bool wide = open && s_.opening > settling.open_share * s_.gripper.opening - settling.open_slack;
   if (!settled && !wide && elapsed <= settling.timeout) return Progress::Running();
-  return open ? Progress::Done() : JudgeGrasp();
+  const bool unmoved = std::abs(s_.opening - first_opening_) <= settling.change;
+  if (open) {
+    const bool answers = !unmoved || wide || s_.gripper.opening - s_.opening < kWay;
+    return answers ? Progress::Done() : WaitForGripper();
+  }
+  Progress judged = JudgeGrasp();
+  const bool missed = judged.state != Progress::State::kDone;
+  return missed && unmoved && s_.opening > kWay + options_.least_width ? WaitForGripper() : judged;
 }
 
 Progress Sequencer::JudgeGrasp() {
@@ -99,6 +110,24 @@ Progress Sequencer::JudgeGrasp() {
   servo_->HeldChanged();
   s_.Record(EventKind::kGrasped, "'" + taken.name + "', " + Length(s_.opening) + " wide");
   return Progress::Done();
+}
+
+// The arm rests while it grips.
+Progress Sequencer::WaitForGripper() {
+  const std::string what =
+      "the gripper of '" + s_.robot + "' does not answer: its fingers stay " + Length(s_.opening) + " apart";
+  if (unanswered_ < 0) {
+    unanswered_ = s_.time;
+    s_.Record(EventKind::kFault, what + "; the arm waits");
+  }
+  const double lasting = options_.faults.lasting;
+  if (s_.time < unanswered_ + lasting) return Progress::Running();
+  return Progress::Failed(EventKind::kFailed, what + ", for more than " + Fixed(lasting, 1) + " s");
+}
+
+void Sequencer::NoteGripperMoves() {
+  s_.Record(EventKind::kRecovered, "the gripper moves after " + Fixed(s_.time - unanswered_, 2) + " s");
+  unanswered_ = -1;
 }
 
 Progress Sequencer::Wait(const planning::WaitVerb& verb) {
@@ -161,9 +190,8 @@ void Sequencer::WatchGrasp() {
 // What was released in this step stands beside its target region: it is grasped again, and where that did not
 // help either the run has failed, since later actions begin from where it was to be.
 bool Sequencer::MissedItsRegion() {
-  const planning::StepSchema& schema = s_.current().schema;
-  if (s_.released == kNone || !schema.target_is_region) return false;
-  const scene::Region& region = *s_.scene.FindRegion(schema.target);
+  if (s_.released == kNone || s_.region() == nullptr) return false;
+  const scene::Region& region = *s_.region();
   if (region.hub || std::holds_alternative<geometry::Primitive>(region.form)) return false;
   const ObjectId object = s_.released;
   const scene::RegionFit fit = scene::FitRegion(region.form, s_.X_WF(s_.current().target),
@@ -176,7 +204,7 @@ bool Sequencer::MissedItsRegion() {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", and no earlier step of the plan grasps it"));
     return true;
   }
-  const int action = s_.plan_step(grasp).action_index;
+  const int action = s_.plan_step().action_index;
   if (s_.retries[action] >= options_.max_retries) {
     Abort(Progress::Failed(EventKind::kPlaceMissed, reason + ", although it was grasped again " +
                                                         std::to_string(options_.max_retries) + " times"));

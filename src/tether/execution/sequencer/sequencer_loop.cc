@@ -1,9 +1,39 @@
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "tether/execution/sequencer/sequencer.h"
 
 namespace tether::execution {
+namespace {
+
+// Poses nearer than this are the same to planning, m and rad.
+constexpr double kSamePlace = 0.01;
+constexpr double kSameAngle = 0.05;
+// What is faster than this moves: m/s, rad/s.
+constexpr double kMoves = 0.03, kTurns = 0.3;
+// What changed the state is waited for until it rests, but no longer than this, s.
+constexpr double kSettles = 1;
+
+/// Whether `next` is what is left of `before` from some action on.
+bool IsSuffix(const std::vector<std::string>& next, const std::vector<std::string>& before) {
+  return next.size() <= before.size() &&
+         std::equal(next.begin(), next.end(), before.end() - static_cast<std::ptrdiff_t>(next.size()));
+}
+
+/// Whether planning for one would find what it found for the other.
+bool IsLike(const PlanRequest& a, const PlanRequest& b) {
+  if (a.held != b.held || a.unseen != b.unseen || a.failed != b.failed || a.facts.size() != b.facts.size() ||
+      a.X_WO.size() != b.X_WO.size())
+    return false;
+  return std::all_of(a.X_WO.begin(), a.X_WO.end(), [&](const auto& entry) {
+    const math::Pose& X = b.X_WO.at(entry.first);
+    return (entry.second.p - X.p).norm() < kSamePlace &&
+           math::LogSO3(entry.second.R.transpose() * X.R).norm() < kSameAngle;
+  });
+}
+
+}  // namespace
 
 // Observes the facts. What no longer allows the plan ends the running action at once, but where the hand has
 // grasped or released something in it: then it is looked at before the next one.
@@ -11,34 +41,80 @@ void Sequencer::Watch() {
   if (!monitor_ || !running()) return;
   const bool acts = s_.in_plan() && !pending_ && !ask_again_;
   const int action = acts ? s_.plan_step().action_index : -1;
+  const bool exact = std::all_of(trackers_.begin(), trackers_.end(), [](const auto& t) { return t.exact(); });
+  monitor_->set_exact(exact && IsFresh());
   monitor_->Observe(s_.time, s_.objects, s_.held, action);
-  if (!acts || !monitor_->changed() || s_.held != held_before_) return;
-  const PlanOutlook outlook = monitor_->Look(action);
-  std::string why;
-  if (!outlook.reaches && !AskForPlan(outlook.reason, &why)) Fail(why);
+  if (!acts || s_.held != held_before_) return;
+  std::string reason = WhyAtOnce(), why;
+  if (reason.empty()) {
+    if (!monitor_->changed() && unsettled_since_ < 0) return;
+    const PlanOutlook outlook = monitor_->Look(action);
+    if (outlook.reaches) {
+      unsettled_since_ = -1;
+      return;
+    }
+    if (IsUnsettled()) return;
+    reason = outlook.reason;
+  }
+  unsettled_since_ = -1;
+  if (!AskForPlan(reason, &why)) Fail(reason + "; " + why);
+}
+
+// What ends the present action whatever else is so.
+std::string Sequencer::WhyAtOnce() const {
+  if (new_goal_) return "the goal is another";
+  for (const std::string* name : {&s_.plan_step().control, &s_.plan_step().target}) {
+    const ObjectId object = s_.scene.FindObjectId(*name);
+    if (object.valid() && !s_.objects[object].seen) return "'" + *name + "' is not seen";
+  }
+  return "";
+}
+
+// A state that is still changing is not planned from; but what never rests is not waited for long.
+bool Sequencer::IsUnsettled() {
+  bool moves = false;
+  for (const ObjectId i : s_.objects.ids()) {
+    const control::MovingPose& object = s_.objects[i];
+    moves = moves || (i != s_.held && s_.object(i).movable() && object.seen &&
+                      (object.V.head<3>().norm() > kMoves || object.V.tail<3>().norm() > kTurns));
+  }
+  if (!moves) return false;
+  if (unsettled_since_ < 0) unsettled_since_ = s_.time;
+  return s_.time < unsettled_since_ + kSettles;
 }
 
 // True while a plan is waited for.
 bool Sequencer::ContinueLoop() {
   if (!monitor_ || !running()) return false;
-  if (verify_at_ >= 0 && s_.time >= verify_at_) {
+  if (verify_at_ >= 0 && s_.time >= verify_at_ && !IsUnsettled()) {
     verify_at_ = -1;
+    unsettled_since_ = -1;
     const PlanOutlook outlook = monitor_->Look(static_cast<int>(s_.plan.actions.size()));
     std::string why;
-    if (outlook.reaches) {
+    const std::string reason = new_goal_ ? "the goal is another" : outlook.reason;
+    if (outlook.reaches && !new_goal_) {
       Finish("");
-    } else if (!AskForPlan(outlook.reason, &why)) {
-      Fail(outlook.reason + "; " + why);
+    } else if (!AskForPlan(reason, &why)) {
+      Fail(reason + "; " + why);
     }
     return true;
   }
-  if (ask_again_ && s_.time >= ask_again_->first) {
-    const std::string reason = std::exchange(ask_again_, std::nullopt)->second;
-    std::string why;
-    if (!AskForPlan(reason, &why)) Fail(reason + "; " + why);
-  }
-  if (pending_ && s_.time >= pending_->due - 1e-9) AdoptAnswer();
+  if (ask_again_ && s_.time >= ask_again_->due) AskAgain();
+  if (pending_ && s_.time >= pending_->due - 1e-9 &&
+      (options_.replanning.waits ||
+       pending_->answer.wait_for(std::chrono::seconds(0)) == std::future_status::ready))
+    AdoptAnswer();
   return pending_ || ask_again_ || verify_at_ >= 0;
+}
+
+bool Sequencer::ChangeGoal(const Goal& goal) {
+  if (!monitor_ || !running()) return false;
+  // It is looked at here, so that what is wrong with it is said now.
+  if (!goal.temporal) symbolic::WithGoal(*monitor_->problem(), goal.pddl, {});
+  new_goal_ = goal;
+  ++goals_;
+  in_vain_ = {};
+  return true;
 }
 
 void Sequencer::Verify() {
@@ -71,22 +147,64 @@ bool Sequencer::AskForPlan(const std::string& reason, std::string* why) {
     held_before_ = s_.held;
     ++action;
   }
-  PlanRequest request;
-  for (const ObjectId i : s_.objects.ids()) request.X_WO[s_.object_name(i)] = s_.objects[i].X;
-  request.q = s_.q;
-  request.held = held();
-  request.facts = monitor_->Facts(s_.time, s_.objects, s_.held);
-  Pending pending;
-  pending.action = action;
-  pending.due = s_.time + options.latency;
-  pending.reason = reason;
-  pending.answer =
-      std::async(std::launch::async, [plan_anew = options.plan_anew, request] { return plan_anew(request); });
-  pending_ = std::move(pending);
   waiting_.reset();
   servo_->Stop();
   if (s_.held == kNone) OpenHand();
+  Request(MakeRequest(), action, reason);
   return true;
+}
+
+PlanRequest Sequencer::MakeRequest() {
+  PlanRequest request;
+  for (const ObjectId i : s_.objects.ids()) {
+    if (s_.objects[i].seen)
+      request.X_WO[s_.object_name(i)] = s_.objects[i].X;
+    else
+      request.unseen.push_back(s_.object_name(i));
+  }
+  request.q = s_.q;
+  request.held = held();
+  request.problem = monitor_->problem();
+  request.goal = monitor_->Goal();
+  if (new_goal_) {
+    request.goal = new_goal_->temporal;
+    if (!request.goal) request.problem = symbolic::WithGoal(*request.problem, new_goal_->pddl, {});
+  }
+  request.facts = monitor_->Facts(s_.time, s_.objects, s_.held);
+  for (const auto& [failed, times] : failures_) {
+    if (times > 1) request.failed.push_back(failed);
+  }
+  return request;
+}
+
+void Sequencer::Request(PlanRequest request, int action, const std::string& reason) {
+  PlanningRecord& record = plannings_.emplace_back();
+  record.asked = s_.time;
+  record.reason = reason;
+  Pending pending;
+  pending.action = action;
+  pending.due = s_.time + options_.replanning.latency;
+  pending.reason = reason;
+  pending.goals = goals_;
+  pending.request = request;
+  pending.answer =
+      std::async(std::launch::async, [plan_anew = options_.replanning.plan_anew,
+                                      request = std::move(request)] { return plan_anew(request); });
+  pending_ = std::move(pending);
+}
+
+// What was not found is not looked for again until something has moved.
+void Sequencer::AskAgain() {
+  const Again again = std::move(*ask_again_);
+  ask_again_.reset();
+  PlanRequest request = MakeRequest();
+  if (IsLike(request, in_vain_)) return FailToPlan(why_not_, again.reason);
+  Request(std::move(request), again.action, again.reason);
+}
+
+void Sequencer::FailToPlan(const std::string& text, const std::string& reason) {
+  if (++fruitless_ >= options_.replanning.max_failures) return EndFailed(text);
+  ask_again_ = {s_.time + options_.replanning.wait, reason, ask_action_};
 }
 
 void Sequencer::AdoptAnswer() {
@@ -94,17 +212,25 @@ void Sequencer::AdoptAnswer() {
   pending_.reset();
   PlanAnswer answer = pending.answer.get();
   std::string why = answer.reason;
+  PlanningRecord& record = plannings_.back();
+  record.cpu = answer.cpu;
+  record.decision = "none";
+  for (const std::string& broken : answer.broken) s_.Record(EventKind::kGoalBroken, broken);
   if (answer.plan && answer.plan->actions.empty()) {
     // The goal is reached as it is.
     s_.plan.actions.resize(ToIndex(pending.action));
     std::erase_if(s_.plan.steps, [&](const auto& step) { return step.action_index >= pending.action; });
     s_.steps.resize(s_.plan.steps.size());
     s_.records.resize(s_.plan.steps.size());
-    monitor_->Adopt(answer.task, {}, pending.action);
+    if (pending.goals == goals_) new_goal_.reset();
+    monitor_->Adopt(answer.task, {}, pending.action, answer.goal);
+    record.decision = "finished";
+    record.adopted = s_.time;
     return Verify();
   }
   if (answer.plan) {
     planning::Plan next = s_.plan;
+    const bool resumes = IsSuffix(answer.plan->actions, s_.plan.actions);
     next.actions.resize(ToIndex(pending.action));
     std::erase_if(next.steps, [&](const auto& step) { return step.action_index >= pending.action; });
     next.actions.insert(next.actions.end(), answer.plan->actions.begin(), answer.plan->actions.end());
@@ -113,18 +239,22 @@ void Sequencer::AdoptAnswer() {
     planning::SetModes(&next);
     if (Adopt(std::move(next), pending.action, &why)) {
       fruitless_ = 0;
-      monitor_->Adopt(answer.task, answer.plan->actions, pending.action);
+      if (pending.goals == goals_) new_goal_.reset();
+      monitor_->Adopt(answer.task, answer.plan->actions, pending.action, answer.goal);
       std::string text = pending.reason + ":";
       for (const std::string& action : answer.plan->actions) text += " " + action;
-      s_.Record(EventKind::kReplanned, text);
+      s_.Record(resumes ? EventKind::kResumed : EventKind::kReplanned, text);
+      record.decision = resumes ? "resumed" : "replanned";
+      record.adopted = s_.time;
+      record.actions = answer.plan->actions;
       return EnterStep(s_.step);
     }
   }
-  const std::string text = pending.reason + "; no plan from here: " + why;
-  if (++fruitless_ >= options_.replanning.max_failures) {
-    return EndFailed(text);
-  }
-  ask_again_ = {s_.time + options_.replanning.wait, pending.reason};
+  if (fruitless_ == 0) s_.Record(EventKind::kWaiting, pending.reason + "; no plan from here: " + why);
+  why_not_ = pending.reason + "; no plan from here: " + why;
+  in_vain_ = std::move(pending.request);
+  ask_action_ = pending.action;
+  FailToPlan(why_not_, pending.reason);
 }
 
 }  // namespace tether::execution

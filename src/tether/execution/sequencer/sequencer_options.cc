@@ -1,27 +1,23 @@
 #include "tether/execution/sequencer/sequencer_options.h"
 
-#include <cmath>
-
-#include "tether/common/document/value.h"
+#include "tether/common/document/option_check.h"
 
 namespace tether::execution {
 
-void CheckPositive(const char* name, double value, Diagnostics* diagnostics) {
-  if (std::isfinite(value) && value > 0) return;
-  diagnostics->Add({}, std::string("execution option '") + name + "' is " + Value(value).AsText(),
-                   "a finite number above 0");
-}
-
 void SequencerOptions::Check(Diagnostics* diagnostics) const {
-  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
-  check("period", period);
-  check("least_width", least_width);
-  check("slip_distance", slip_distance);
-  check("slip_angle", slip_angle);
-  check("lost_time", lost_time);
-  check("stall_time", stall_time);
-  check("verb_timeout", verb_timeout);
-  if (max_retries < 0) diagnostics->Add({}, "execution option 'max_retries' is negative", "0 or more");
+  const OptionCheck check("execution", diagnostics);
+  check.Positive("period", period);
+  check.Positive("least_width", least_width);
+  check.Positive("slip_distance", slip_distance);
+  check.Positive("slip_angle", slip_angle);
+  check.Positive("lost_time", lost_time);
+  check.Positive("stall_time", stall_time);
+  check.Positive("verb_timeout", verb_timeout);
+  check.NotNegative("max_retries", max_retries);
+  check.Positive("faults.silence", faults.silence);
+  check.Positive("faults.pose_silence", faults.pose_silence);
+  check.Positive("faults.steady", faults.steady);
+  check.Positive("faults.lasting", faults.lasting);
 }
 
 }  // namespace tether::execution

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tether/common/error.h"
+#include "tether/execution/monitor/fault_watch.h"
 #include "tether/execution/monitor/replanning.h"
 #include "tether/execution/servo/progress.h"
 
@@ -47,6 +48,7 @@ struct SequencerOptions {
   bool passes_at_once = false;  ///< Verbs that are done at once take no tick; velocities only.
   bool filters_poses = true;    ///< The objects' poses are filtered, not just their velocities; torques only.
   GripperSettling gripper;
+  FaultOptions faults;
   Alternative alternative;   ///< Asked when an action can't be done; none: the run fails then.
   int max_alternatives = 4;  ///< So often, per run.
   ReplanningOptions replanning;
@@ -55,8 +57,5 @@ struct SequencerOptions {
   /// Reports every field that is not finite or not positive.
   void Check(Diagnostics* diagnostics) const;
 };
-
-/// Reports `value` unless it is finite and above 0.
-void CheckPositive(const char* name, double value, Diagnostics* diagnostics);
 
 }  // namespace tether::execution

@@ -85,7 +85,7 @@ class SequencerTest : public ::testing::Test {
       estimate_.time = seen.time += options_.period;
       const robot::GripperCommand& gripper = sequencer_->Step(estimate_, observations_).at("panda").gripper;
       const bool closes = gripper.mode == robot::GripperCommand::Mode::kForce;
-      seen.gripper_opening = closes ? closed_width_ : gripper.opening;
+      if (estimate_.time >= stuck_until_) seen.gripper_opening = closes ? closed_width_ : gripper.opening;
     }
   }
 
@@ -107,6 +107,7 @@ class SequencerTest : public ::testing::Test {
   scene::WorldEstimate estimate_;
   robot::Observations observations_;
   std::deque<Progress> reaches_;
+  double stuck_until_ = 0;  ///< The gripper does not answer until then, s.
   Pose X_WH_;
   double closed_width_ = 0.05;
   std::unique_ptr<Sequencer> sequencer_;
@@ -195,16 +196,49 @@ TEST_F(SequencerTest, OtherActionsTakeThePlaceOfWhatIsGivenUp) {
   EXPECT_THAT(sequencer_->status().reason, HasSubstr("it broke"));
 }
 
-TEST_F(SequencerTest, NothingHappensOnMeasurementsThatAreNotFinite) {
-  Start();
-  Run(0.01);
-  const size_t events = sequencer_->events().size();
-  observations_["panda"].q[2] = std::nan("");
-  Run(5);
-  EXPECT_EQ(sequencer_->events().size(), events);
-  observations_["panda"].q[2] = 0;
-  Run(10);
-  EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+TEST_F(SequencerTest, MeasurementsThatAreNotFiniteStopTheArmAndFailTheRunIfTheyLast) {
+  for (const double seconds : {1.5, 3.0}) {
+    Start();
+    Run(0.01);
+    observations_["panda"].q[2] = std::nan("");
+    Run(seconds);
+    const std::vector<Event>& events = sequencer_->events();
+    const auto happened = [&](EventKind kind, const std::string& text) {
+      return std::any_of(events.begin(), events.end(), [&](const Event& event) {
+        return event.kind == kind && event.text.find(text) != std::string::npos;
+      });
+    };
+    EXPECT_TRUE(happened(EventKind::kFault, "what is measured of 'panda' is not finite; the arm is stopped"));
+    observations_["panda"].q[2] = 0;
+    Run(10);
+    if (seconds > 2) {
+      EXPECT_EQ(sequencer_->status().reason,
+                "pick(box): what is measured of 'panda' is not finite, for more than 2.0 s");
+    } else {
+      EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished);
+      EXPECT_TRUE(happened(EventKind::kRecovered, "all is measured again after 1."));
+    }
+  }
+}
+
+TEST_F(SequencerTest, AGripperThatDoesNotAnswerIsWaitedForAndFailsTheRunIfItLasts) {
+  for (const double seconds : {1.0, 5.0}) {
+    stuck_until_ = estimate_.time + seconds;
+    Start();
+    Run(20);
+    if (seconds > 2) {
+      EXPECT_THAT(
+          sequencer_->status().reason,
+          HasSubstr("the gripper of 'panda' does not answer: its fingers stay 80.0 mm apart, for more "
+                    "than 2.0 s"));
+    } else {
+      EXPECT_EQ(sequencer_->status().state, ExecutiveStatus::State::kFinished) << sequencer_->status().reason;
+      const std::vector<std::string> story = Story();
+      EXPECT_NE(std::find(story.begin(), story.end(), "fault"), story.end());
+      EXPECT_NE(std::find(story.begin(), story.end(), "recovered"), story.end());
+      EXPECT_EQ(sequencer_->retries(), 0);
+    }
+  }
 }
 
 // Whatever motions come to: the run ends, once, within its retries, and says what became of it.

@@ -20,17 +20,11 @@ planning::Plan ForRobot(const scene::Scene& scene, planning::Plan plan) {
 }  // namespace
 
 VelocityExecutiveOptions::VelocityExecutiveOptions() {
+  // Velocities go to a servo with a loop of its own; torques close it here, at 1 kHz.
   period = 0.005;
-  lost_time = 0.1;
-  watches_width = false;
-  least_progress = 5e-4;
-  stall_time = 2.0;
-  recovery_rise = 0;
-  failing_action_pays = false;
-  passes_at_once = true;
+  // Torques feed the velocity of what they follow forward, where noise becomes force; a velocity servo
+  // follows exact poses as they are, and a filter would only be late.
   filters_poses = false;
-  gripper = {
-      .change = 5e-4, .quiet = 0.3, .least_time = 0.6, .timeout = 2.5, .open_share = 0.97, .open_slack = 0};
 }
 
 void VelocityExecutiveOptions::Validate() const {

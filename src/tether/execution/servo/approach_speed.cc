@@ -41,7 +41,7 @@ void ReferenceServo::LimitMotion(MotionLimits* limits) {
   const double asked = std::min(limits->speed, now_.speed > 0 ? now_.speed : limits->speed);
   limits->speed = asked;
   if (!s_.in_plan() || s_.recovering || now_.transit) return;
-  const planning::Verb& verb = s_.verbs()[static_cast<size_t>(s_.verb)];
+  const planning::Verb& verb = s_.verbs()[s_.verb];
   const bool shifts = std::holds_alternative<planning::ShiftVerb>(verb);
   const bool approaches = std::holds_alternative<planning::ReachVerb>(verb) &&
                           s_.verb > s_.current().first_reach && !s_.current().push;

@@ -1,18 +1,11 @@
-#include <algorithm>
-
 #include "tether/common/text.h"
 #include "tether/execution/servo/reference_servo.h"
-#include "tether/geometry/distance/distance.h"
 
 namespace tether::execution {
 namespace {
 
 // What happens again within this time is one event, s.
 constexpr double kSameEvent = 1.0;
-// What is grasped touches what it is nearer to than this, m, and is clear of it from this on.
-constexpr double kTouching = 0.004;
-constexpr double kClear = 0.01;
-
 // A joint this near to its limit is at it, beside what the controller keeps, rad.
 constexpr double kAtLimit = 0.03;
 // A hand that is kept from its pose by less is not pressed on, N.
@@ -29,35 +22,11 @@ void ReferenceServo::MakeServo() {
 
 // The hand may touch what the step is about and what it holds; what it holds may touch the step's target and
 // what it stood on; what was touched before stays allowed while the arm recovers.
-void ReferenceServo::WatchSupports() {
-  const auto distance = [this](ObjectId object) {
-    return geometry::SignedDistance(s_.object(s_.held).shape, X_WO(s_.held), s_.object(object).shape,
-                                    X_WO(object))
-        .distance;
-  };
-  if (s_.held != supported_) {
-    supported_ = s_.held;
-    supports_.clear();
-    for (const ObjectId i : s_.objects.ids()) {
-      if (s_.held != kNone && i != s_.held && distance(i) < kTouching) supports_.push_back(i);
-    }
-  }
-  for (size_t i = 0; i < supports_.size();) {
-    if (distance(supports_[i]) < kClear) {
-      ++i;
-    } else {
-      supports_.erase(supports_.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-  }
-}
-
-bool ReferenceServo::FindAllowed() {
-  WatchSupports();
-  touching_.clear();
+void ReferenceServo::FindAllowed() {
+  supports_.Watch();
+  allowed_.clear();
   const auto allow = [this](ObjectId of, ObjectId to) {
-    if (to == kNone || of == to) return;
-    const Touch touch{of, to};
-    if (std::find(touching_.begin(), touching_.end(), touch) == touching_.end()) touching_.push_back(touch);
+    if (to != kNone) allowed_.Allow(of, to);
   };
   const auto with = [&](ObjectId of) {
     if (s_.in_plan()) {
@@ -66,29 +35,19 @@ bool ReferenceServo::FindAllowed() {
       allow(of, s_.current().tool);
     }
     if (s_.recovering) {
-      allow(of, before_recovery_.frame.object);
-      allow(of, before_recovery_.held);
-      allow(of, before_recovery_.released);
+      const Contact& before = after_contact_.before_recovery();
+      allow(of, before.frame.object);
+      allow(of, before.held);
+      allow(of, before.released);
     }
     for (const ObjectId i : s_.objects.ids()) {
-      if (s_.held != kNone && carried_[i]) allow(of, i);
+      if (MovesWithHand(i)) allow(of, i);
     }
   };
   with(kTouchingHand);
-  if (s_.held != kNone) {
-    allow(kTouchingHand, s_.held);
-    with(s_.held);
-    for (const ObjectId support : supports_) allow(s_.held, support);
-  }
-  return touching_ != named_;
-}
-
-void ReferenceServo::NameAllowed() {
-  named_.assign(touching_.begin(), touching_.end());
-  allowed_.clear();
-  for (const auto& [of, to] : touching_) {
-    allowed_.emplace_back(of == kTouchingHand ? "hand" : s_.object(of).name, s_.object(to).name);
-  }
+  if (s_.held == kNone) return;
+  with(s_.held);
+  for (const ObjectId support : supports_.list()) allow(s_.held, support);
 }
 
 double ReferenceServo::MaxForce() const {
@@ -98,8 +57,10 @@ double ReferenceServo::MaxForce() const {
 
 void ReferenceServo::CommandConstrained(const control::HandTarget& target, robot::Command* command) {
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  command->torque = servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_,
-                                     s_.held, touching_, MaxForce(), transit_.active() ? &joints : nullptr});
+  const bool follows = transit_.active() && !s_.stopping;
+  command->torque =
+      servo_->Compute({state_, s_.opening, s_.objects, s_.tau_external, target, posture_, s_.held, allowed_,
+                       MaxForce(), follows ? &joints : nullptr, s_.stopping && !resting_});
   WatchServo();
 }
 
@@ -148,7 +109,7 @@ std::string ReferenceServo::WhatHoldsUp() const {
   }
   for (int i = 0; i < s_.model->dof(); ++i) {
     if (s_.q[i] > s_.model->lower()[i] + kept && s_.q[i] < s_.model->upper()[i] - kept) continue;
-    add(s_.model->joint_names()[static_cast<size_t>(i)] + " is at its limit");
+    add(s_.model->joint_names()[i] + " is at its limit");
   }
   const bool singular = servo_ ? servo_->flags().singular : controller_.flags().singular;
   if (singular) add("the arm is stretched or folded so far that the hand hardly moves (singular)");

@@ -36,6 +36,7 @@ struct Progress {
   std::string reason = {};
   int resume = 0;
   bool open = false;
+  bool out_of_reach = false;  ///< As it lies there is no configuration for it: the same again can't help.
 };
 
 /// Tells motions that get nearer to their end from those that have stalled.

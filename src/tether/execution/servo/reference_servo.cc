@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "tether/common/document/option_check.h"
 #include "tether/robot/gravity.h"
 
 namespace tether::execution {
@@ -15,22 +16,22 @@ Eigen::Vector3d GravityIn(const math::Pose& X_WB) {
 
 void ReferenceServoOptions::Check(Diagnostics* diagnostics) const {
   gains.Validate();
-  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
-  check("motion.speed", motion.speed);
-  check("motion.acceleration", motion.acceleration);
-  check("motion.angular_speed", motion.angular_speed);
-  check("motion.angular_acceleration", motion.angular_acceleration);
-  check("free_speed", free_speed);
-  check("free_acceleration", free_acceleration);
-  check("transit.side", transit.side);
-  check("transit.above", transit.above);
-  check("contact.threshold", contact.threshold);
-  check("contact_search", contact_search);
-  check("leash", leash);
-  check("obstacle_range", obstacle_range);
-  check("push_tolerance", push_tolerance);
-  check("push_angle", push_angle);
-  check("push_limit", push_limit);
+  const OptionCheck check("execution", diagnostics);
+  check.Positive("motion.speed", motion.speed);
+  check.Positive("motion.acceleration", motion.acceleration);
+  check.Positive("motion.angular_speed", motion.angular_speed);
+  check.Positive("motion.angular_acceleration", motion.angular_acceleration);
+  check.Positive("free_speed", free_speed);
+  check.Positive("free_acceleration", free_acceleration);
+  check.Positive("transit.side", transit.side);
+  check.Positive("transit.above", transit.above);
+  check.Positive("contact.threshold", contact.threshold);
+  check.Positive("contact_search", contact_search);
+  check.Positive("leash", leash);
+  check.Positive("obstacle_range", obstacle_range);
+  check.Positive("push_tolerance", push_tolerance);
+  check.Positive("push_angle", push_angle);
+  check.Positive("push_limit", push_limit);
 }
 
 ReferenceServo::ReferenceServo(Situation& situation,
@@ -42,6 +43,8 @@ ReferenceServo::ReferenceServo(Situation& situation,
       hand_shape_(s_.model->HandShape(s_.model->gripper().max_opening)),
       state_(s_.model, GravityIn(s_.X_WB)),
       controller_(s_.model, options_.gains, s_.model->home()),
+      supports_(s_, {}),
+      after_contact_(s_, supports_),
       posture_search_(s_.model),
       transit_(s_, options_.arm, options_.servo.constraints),
       reference_arm_(s_.model),
@@ -55,11 +58,7 @@ ReferenceServo::ReferenceServo(Situation& situation,
   for (const auto& object : s_.scene.objects) parts += object.shape.parts.size();
   body_bounds_.reserve(parts);
   obstacle_bounds_.reserve(parts);
-  const size_t most_touching = 6 * s_.scene.objects.size() + 8;
-  touching_.reserve(most_touching);
-  named_.reserve(most_touching);
-  allowed_.reserve(most_touching);
-  supports_.reserve(s_.scene.objects.size());
+  allowed_.reserve(6 * s_.scene.objects.size() + 8);
   if (options_.constrained) {
     MakeServo();
   } else {
@@ -117,6 +116,7 @@ void ReferenceServo::BeginVerb() {
   room_ = -1;
   now_ = {};
   now_.X_TG = reference_.X_TR();
+  after_contact_.Start();
 }
 
 void ReferenceServo::Rest(bool first) {
@@ -126,18 +126,40 @@ void ReferenceServo::Rest(bool first) {
 
 // What stands on what is held moves with it.
 void ReferenceServo::HeldChanged() {
+  supports_.Find();
   if (s_.held == kNone) return;
-  for (const ObjectId i : carried_.ids()) carried_[i] = IsCarriedBy(s_.held, i);
+  for (const ObjectId i : carried_.ids()) carried_[i] = IsCarriedBy(s_, s_.held, i);
+}
+
+void ReferenceServo::GoAlong() {
+  const std::optional<AttachedFrame> next = after_contact_.NextFrame(frame_.object);
+  if (!next) return;
+  const math::Pose X_WG = X_WF(frame_) * now_.X_TG;
+  SwitchFrame(*next);
+  now_.X_TG = math::Between(X_WF(frame_), X_WG);
 }
 
 void ReferenceServo::Stop() {
-  before_recovery_ = TouchedNow();
+  after_contact_.Remember();
   LeaveTransit();
   Hold();
 }
 
+// A reach begins anew, from where the arm is; a shift has been led half of its way.
+void ReferenceServo::Resume() {
+  if (!s_.in_plan() && !s_.recovering) return ResetReferenceToHand();
+  LeaveTransit();
+  posture_ = s_.q;
+  const VerbState now = now_;
+  ResetReferenceToHand();
+  if (std::holds_alternative<planning::ReachVerb>(s_.present_verb())) return BeginVerb();
+  now_ = now;
+  watch_.Excuse(s_.time);
+}
+
 void ReferenceServo::Command(const robot::Observations& observations, robot::Commands* commands) {
-  if (s_.trustworthy) {
+  if (!s_.stopping) resting_.reset();
+  if (s_.trustworthy && !s_.stopping) {
     MoveReference();
     AimPosture();
   }

@@ -10,6 +10,9 @@
 
 #include "tether/control/operational_space.h"
 #include "tether/control/torque/torque_limiter.h"
+#include "tether/execution/contact/after_contact.h"
+#include "tether/execution/contact/supports.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/observer/contact_detector.h"
 #include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/reference/pose_reference.h"
@@ -52,16 +55,8 @@ struct VerbState {
   double slope = 0;             ///< Tangent of the angle to it that a push may have and not slip.
   /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
   Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
-  bool clear = false;    ///< Of what was touched before the verb.
   double length = 0;     ///< Of a shift, m.
   bool aligned = false;  ///< The reference has come to the line of the approach.
-};
-
-/// What was touched, and by what: verbs after a contact move along with it until they are clear of it.
-struct Contact {
-  AttachedFrame frame;  ///< In the world if nothing that can move was touched.
-  ObjectId held;        ///< What the hand holds; kNone: the hand itself touches.
-  ObjectId released;    ///< The object that the hand has released, on `frame`.
 };
 
 /// Moves the hand by torques: it is servoed to a reference that moves, in the frame of the step's target,
@@ -93,9 +88,11 @@ class ReferenceServo final : public Servo {
   double WidestOpening() override { return s_.model->gripper().max_opening; }
   double HeldMass() const override { return servo_ ? servo_->HeldMass() : 0; }
   void HeldChanged() override;
+  const Eigen::VectorXd* Carried() const override { return servo_ ? &servo_->carried() : &carried_torque_; }
+  void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
+  const TouchList& allowed() const override { return allowed_; }
 
   // reach.cc
   Progress Reach(const planning::ReachVerb& verb) override;
@@ -107,15 +104,14 @@ class ReferenceServo final : public Servo {
   void AimPosture();
   void AvoidObstacles(control::HandTarget* target);
   void CommandTorque(robot::Command* command);
+  control::HandTarget TargetNow() const;
+  /// While the arm is stopped: where it came to rest, or, before that, where it is.
+  control::HandTarget RestingTarget();
   void WatchController();
 
   // constrained_tracking.cc: the same with the constrained torque controller.
   void MakeServo();
-  /// Whether `touching_` has changed.
-  bool FindAllowed();
-  void NameAllowed();
-  /// What the held object stood on, until it is clear of it.
-  void WatchSupports();
+  void FindAllowed();
   /// What the present step may press with, N.
   double MaxForce() const;
   void CommandConstrained(const control::HandTarget& target, robot::Command* command);
@@ -167,16 +163,11 @@ class ReferenceServo final : public Servo {
   Eigen::Vector3d TurnLeft(const math::Pose& X_TC) const;
   Progress FinishPush();
 
-  // contact_frame.cc
-  /// The object was put, or stood at the start, on the carrier, or on something that was.
-  bool IsCarriedBy(ObjectId carrier, ObjectId object) const;
   bool MovesWithHand(ObjectId object) const {
     return s_.held != kNone && (object == s_.held || carried_[object]);
   }
-  Contact TouchedNow() const;
-  bool IsClearOf(const Contact& contact) const;
+  /// The reference goes on in another frame where what was touched asks for it; its goal does not jump.
   void GoAlong();
-  ObjectId CarrierOf(ObjectId object) const;
 
   // free_place.cc
   bool PutsDown() const;
@@ -202,11 +193,10 @@ class ReferenceServo final : public Servo {
   std::optional<TorqueServo> servo_;               ///< In place of `controller_` …
   std::optional<control::TorqueLimiter> limiter_;  ///< … behind which this stands.
   Eigen::VectorXd carried_torque_;
-  std::vector<Touch> touching_, named_;                       ///< That the step may bring into contact.
-  std::vector<std::pair<std::string, std::string>> allowed_;  ///< The same by name.
-  std::vector<ObjectId> supports_;                            ///< Of what is held, since it was taken.
-  ObjectId supported_;                                        ///< The object that they are of.
-  double relaxed_time_ = -1, violated_time_ = -1;             ///< When this was last reported, s.
+  TouchList allowed_;  ///< That the step may bring into contact.
+  Supports supports_;
+  AfterContact after_contact_;
+  double relaxed_time_ = -1, violated_time_ = -1;  ///< When this was last reported, s.
   PostureSearch posture_search_;
   double room_ = -1;  ///< As FindRoom() last said; −1: not asked in this verb.
   ArmTransit transit_;
@@ -223,15 +213,14 @@ class ReferenceServo final : public Servo {
   AttachedFrame frame_;                    ///< The frame T that the reference lives in.
   IndexedVector<ObjectId, bool> carried_;  ///< On what is held; only while something is.
   std::vector<Neighbour> neighbours_;
-  std::vector<Bounds> body_bounds_, obstacle_bounds_;
+  std::vector<geometry::Aabb> body_bounds_, obstacle_bounds_;
   ProgressWatch watch_;
   long tick_ = 0;
   Eigen::Vector3d force_W_ = Eigen::Vector3d::Zero();
 
   VerbState now_;
-  Contact before_recovery_;  ///< What was touched as the recovery began.
-  math::Pose X_ToolHand_;    ///< The hand in the tool's frame, as it is held now (smoothed).
-  bool turned_ = false;      ///< The hand has the plan's orientation turned by half a turn.
+  math::Pose X_ToolHand_;  ///< The hand in the tool's frame, as it is held now (smoothed).
+  bool turned_ = false;    ///< The hand has the plan's orientation turned by half a turn.
   Eigen::VectorXd posture_, posture_goal_;
   Eigen::Vector3d obstacle_direction_B_ = Eigen::Vector3d::Zero();
   double obstacle_weight_ = 0;
@@ -239,6 +228,7 @@ class ReferenceServo final : public Servo {
   math::Pose X_TC_;
   bool limit_reported_ = false;  ///< In this step.
   bool fault_reported_ = false;
+  std::optional<math::Pose> resting_;  ///< Where a stopped arm has come to rest, of the hand in the base.
 };
 
 }  // namespace tether::execution

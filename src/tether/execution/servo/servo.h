@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/servo/progress.h"
 #include "tether/execution/servo/situation.h"
 #include "tether/planning/skeleton/action.h"
@@ -41,14 +42,18 @@ class Servo {
   virtual double HeldMass() const { return 0; }
   /// The situation says that an object is held, or that nothing is.
   virtual void HeldChanged() = 0;
+  /// The torques that hold what the hand carries, n, Nm, as of the last tick; null: none are known of.
+  virtual const Eigen::VectorXd* Carried() const { return nullptr; }
+  /// A fault has ended, and the situation is no longer `stopping`: the verb goes on from where the arm is.
+  virtual void Resume() {}
   /// What was being done ends here: the step was given up, or the run has ended.
   virtual void Stop() = 0;
 
   /// The commands of this tick, the gripper's excepted. Where what is measured can't be trusted, safe ones.
   virtual void Command(const robot::Observations& observations, robot::Commands* commands) = 0;
 
-  /// Pairs that the present step may bring into contact: names of objects, and "hand".
-  virtual const std::vector<std::pair<std::string, std::string>>& allowed() const;
+  /// Pairs that the present step may bring into contact.
+  virtual const TouchList& allowed() const;
   /// The present verb's own constraints, which hold besides the scenario's.
   virtual const std::vector<control::FieldConstraint>& verb_fields() const;
 };

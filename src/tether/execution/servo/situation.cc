@@ -51,7 +51,12 @@ Situation::Situation(const scene::Scene& scene_in, ResolvedPlan resolved,
       tau_external(Eigen::VectorXd::Zero(model->dof())),
       objects(scene.objects.size()),
       records(steps.size()) {
-  for (const ObjectId id : objects.ids()) objects[id].X = scene.InitialPose(object_name(id));
+  for (const ObjectId id : objects.ids()) {
+    objects[id].X = scene.InitialPose(object_name(id));
+    stands_on.push_back(FindFrame(scene, object(id).parent).value_or(AttachedFrame{}).object);
+  }
+  for (const scene::Region& place : scene.regions)
+    regions.push_back(FindFrame(scene, place.name).value_or(AttachedFrame{}));
   for (const int i : records.ids()) records[i].step = i;
   for (const scene::Robot& other : scene.robots) {
     if (other.name == robot) continue;
@@ -86,8 +91,8 @@ int Situation::GraspStep(ObjectId object) const {
   return kNoStep;
 }
 
-const std::vector<std::pair<std::string, std::string>>& Servo::allowed() const {
-  static const std::vector<std::pair<std::string, std::string>> none;
+const TouchList& Servo::allowed() const {
+  static const TouchList none;
   return none;
 }
 

@@ -41,6 +41,10 @@ struct Situation {
   /// Whether `step` is one of the plan's: not so after the end.
   bool in_plan() const { return step < num_steps(); }
   const ResolvedStep& current() const { return steps[step]; }
+  /// The region that is the present step's target; null: it is none.
+  const scene::Region* region() const {
+    return current().region < 0 ? nullptr : &scene.regions[ToIndex(current().region)];
+  }
   const planning::PlanStep& plan_step() const { return plan_step(step); }
   const planning::PlanStep& plan_step(int index) const { return plan.steps[ToIndex(index)]; }
   /// The verbs that are being executed: the step's, or those of a recovery.
@@ -58,14 +62,17 @@ struct Situation {
 
   const scene::Scene scene;
   planning::Plan plan;
-  IndexedVector<int, ResolvedStep> steps;  ///< One per step of the plan.
-  const std::string robot;                 ///< The acting one's name.
+  IndexedVector<int, ResolvedStep> steps;       ///< One per step of the plan.
+  IndexedVector<ObjectId, ObjectId> stands_on;  ///< At the start; kNone: nothing that can move.
+  IndexedVector<int, AttachedFrame> regions;    ///< Their frames, in the scene's order.
+  const std::string robot;                      ///< The acting one's name.
   const std::shared_ptr<const robot::Model> model;
   const math::Pose X_WB;
 
   // What is known at this tick.
   double time = 0;           ///< s
-  bool trustworthy = false;  ///< What the robot measured is finite.
+  bool trustworthy = false;  ///< What the robot measured, or what is said instead, is finite.
+  bool stopping = false;     ///< A fault: the arm is braked, and rests.
   Eigen::VectorXd q, v;      ///< n: rad, rad/s
   Eigen::VectorXd tau_external;
   double opening = 0;                                    ///< Between the fingers, m.

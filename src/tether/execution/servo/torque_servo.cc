@@ -10,6 +10,8 @@ namespace {
 
 // The pad of a hand that reaches to a support has this much less room than links have, m.
 constexpr double kBuffer = 0.001;
+// Joints that are slower stand, rad/s.
+constexpr double kAtRest = 0.05;
 // A mass that is known to this, kg, or to this share, counts.
 constexpr double kKnownMass = 0.05, kKnownShare = 0.1;
 
@@ -52,29 +54,11 @@ TorqueServo::TorqueServo(const scene::Scene& scene, const std::string& robot,
 
 control::ConstrainedTorque TorqueServo::Make(const TorqueServoOptions& options) {
   const control::ArmBodies bodies(model_, scene_.solids());
-  BuiltConstraints built = BuildConstraints(options.constraints, scene_, bodies, model_->dof());
+  BuiltConstraints built = BuildConstraints(options.constraints, scene_, bodies);
   control::TorqueOptions controller = options.controller;
   controller.joint_margin = std::max(controller.joint_margin, built.joint_margin);
   controller.buffer = std::min(controller.buffer, kBuffer);
-  return {model_,    scene_.X_WBase(), scene_.solids(), std::move(built.clearances), std::move(built.fields),
-          controller};
-}
-
-void TorqueServo::Allow(const std::vector<Touch>& allowed) {
-  allowed_.assign(allowed.begin(), allowed.end());
-  allowed_bodies_.clear();
-  const control::ArmBodies& bodies = controller_.bodies();
-  for (const auto& [of, to] : allowed) {
-    if (of != kTouchingHand) {
-      allowed_bodies_.emplace_back(bodies.object(of.value()), bodies.object(to.value()));
-      continue;
-    }
-    // All that moves with the hand.
-    for (int body = 0; body <= bodies.hand(); ++body) {
-      if (bodies.link(body) == model_->dof()) allowed_bodies_.emplace_back(body, bodies.object(to.value()));
-    }
-  }
-  controller_.Allow(allowed_bodies_);
+  return {model_, scene_.X_WBase(), scene_.solids(), built.clearances, std::move(built.fields), controller};
 }
 
 const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
@@ -86,12 +70,18 @@ const Eigen::VectorXd& TorqueServo::Compute(const TorqueServoTick& tick) {
       controller_.Release();
     }
   }
-  if (tick.allowed != allowed_) Allow(tick.allowed);
+  if (tick.allowed != allowed_) {
+    allowed_ = tick.allowed;
+    FindBodies(allowed_, controller_.bodies(), &allowed_bodies_);
+    controller_.Allow(allowed_bodies_);
+  }
   control::TorqueTask task;
-  task.hand = &tick.target;
-  task.posture = &tick.posture;
+  if (!tick.brake) {
+    task.hand = &tick.target;
+    task.posture = &tick.posture;
+    task.joints = tick.joints;
+  }
   task.max_force = tick.max_force;
-  task.joints = tick.joints;
   const Eigen::VectorXd& wanted =
       controller_.Compute({tick.state, tick.opening, tick.objects.values(), &tick.tau_external}, task);
   carried_.noalias() = tick.state.J_BH().transpose() * tick.target.F_BH;
@@ -138,27 +128,28 @@ std::string TorqueServo::DescribeContact() const {
 TorqueDrive::TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene,
                          BuiltConstraints built, control::TorqueOptions options)
     : state_(model, GravityIn(scene.X_WBase())),
-      controller_(model, scene.X_WBase(), scene.solids(), std::move(built.clearances),
-                  std::move(built.fields), WithMargin(options, built.joint_margin)),
+      controller_(model, scene.X_WBase(), scene.solids(), built.clearances, std::move(built.fields),
+                  WithMargin(options, built.joint_margin)),
       limiter_(model, {.period = options.period}),
       carried_(Eigen::VectorXd::Zero(model->dof())) {
   stay_.posture = model->home();
 }
 
-const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const control::Goal* goal,
+const Eigen::VectorXd& TorqueDrive::Compute(const Situation& situation, const Eigen::VectorXd* velocities,
                                             double max_force) {
   state_.Set(situation.q, situation.v);
-  if (goal != nullptr) {
+  control::TorqueTask task;
+  task.velocities = velocities;
+  if (velocities != nullptr) {
     stays_ = false;
   } else {
+    // Where it comes to rest: to turn round for where it was told to stop would be one more motion.
     if (!stays_ && situation.q.allFinite()) {
-      stays_ = true;
+      stays_ = situation.v.cwiseAbs().maxCoeff() < kAtRest;
       stay_.posture = situation.q;
     }
-    goal = &stay_;
+    task.goal = &stay_;
   }
-  control::TorqueTask task;
-  task.goal = goal;
   task.max_force = max_force;
   const Eigen::VectorXd& wanted = controller_.Compute(
       {state_, situation.opening, situation.objects.values(), &situation.tau_external}, task);

@@ -11,6 +11,7 @@
 #include "tether/control/constraint_spec.h"
 #include "tether/control/torque/constrained_torque.h"
 #include "tether/control/torque/torque_limiter.h"
+#include "tether/execution/contact/touch.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/servo/situation.h"
 #include "tether/robot/interface.h"
@@ -32,10 +33,6 @@ struct TorqueServoOptions {
 std::vector<control::ConstraintSpec> TorqueConstraints(std::vector<control::ConstraintSpec> given,
                                                        const scene::Scene& scene);
 
-/// Two that may touch: kTouchingHand, or an object of the scene.
-using Touch = std::pair<ObjectId, ObjectId>;
-inline constexpr ObjectId kTouchingHand{};
-
 /// What is measured, and what is to be done in a tick.
 struct TorqueServoTick {
   const robot::State& state;
@@ -45,9 +42,10 @@ struct TorqueServoTick {
   const control::HandTarget& target;
   const Eigen::VectorXd& posture;                ///< n, rad
   ObjectId held;                                 ///< In the hand; not valid: nothing is.
-  const std::vector<Touch>& allowed;             ///< Pairs that the step may bring into contact.
+  const TouchList& allowed;                      ///< Pairs that the step may bring into contact.
   double max_force = 40;                         ///< N
   const control::JointTarget* joints = nullptr;  ///< A path of the whole arm that is followed.
+  bool brake = false;                            ///< In place of all that.
 };
 
 /// From where the hand should be to torques: the constrained controller with the limiter behind it, bound to
@@ -64,6 +62,8 @@ class TorqueServo {
   math::Vector6d Holding(const math::Pose& X_BH) const { return controller_.load().Holding(X_BH); }
   /// kg; 0 while it is not known to a tenth, or to 50 g.
   double HeldMass() const;
+  /// The torques that hold what the hand carries, as of the last tick, n, Nm.
+  const Eigen::VectorXd& carried() const { return carried_; }
   const control::TorqueFlags& flags() const { return controller_.flags(); }
   const control::LimiterFlags& limiter_flags() const { return limiter_.flags(); }
   const control::ConstrainedTorque& controller() const { return controller_; }
@@ -75,21 +75,20 @@ class TorqueServo {
 
  private:
   control::ConstrainedTorque Make(const TorqueServoOptions& options);
-  void Allow(const std::vector<Touch>& allowed);
   std::string NameOf(int body) const;
 
   std::shared_ptr<const robot::Model> model_;
   ControlScene scene_;
   control::ConstrainedTorque controller_;
   control::TorqueLimiter limiter_;
-  std::vector<Touch> allowed_;
+  TouchList allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;
   ObjectId held_;
   Eigen::VectorXd carried_;
 };
 
-/// Follows objectives with torques: the constrained controller with the limiter behind it. Compute()
-/// allocates nothing.
+/// Follows with torques what the velocity controller makes of an objective: the constrained controller with
+/// the limiter behind it. Compute() allocates nothing.
 class TorqueDrive {
  public:
   TorqueDrive(std::shared_ptr<const robot::Model> model, const ControlScene& scene, BuiltConstraints built,
@@ -102,10 +101,12 @@ class TorqueDrive {
   void Hold(int object) { controller_.Hold(object); }
   void Release() { controller_.Release(); }
 
-  /// Torques that lead towards the goal (null: the arm stays where it is) and press with no more than
-  /// `max_force`, N.
-  const Eigen::VectorXd& Compute(const Situation& situation, const control::Goal* goal, double max_force);
+  /// Torques that lead to these joint velocities (n, rad/s; null: the arm stays where it is) and press with
+  /// no more than `max_force`, N.
+  const Eigen::VectorXd& Compute(const Situation& situation, const Eigen::VectorXd* velocities,
+                                 double max_force);
   const control::ConstrainedTorque& controller() const { return controller_; }
+  const Eigen::VectorXd& carried() const { return carried_; }
 
  private:
   robot::State state_;

@@ -79,9 +79,9 @@ void ReferenceServo::MoveReference() {
     const auto add_body = [&](const geometry::Shape& shape, const math::Pose& X_HS) {
       for (const auto& part : shape.parts) {
         const math::Pose X_HP = X_HS * part.X_SP;
-        body_bounds_.push_back(
-            Union(BoundsOf(part.primitive, math::Pose(X_WRef.R, Eigen::Vector3d::Zero()) * X_HP),
-                  BoundsOf(part.primitive, math::Pose(X_WG.R, Eigen::Vector3d::Zero()) * X_HP)));
+        geometry::Aabb& box = body_bounds_.emplace_back();
+        for (const Eigen::Matrix3d& R : {X_WRef.R, X_WG.R})
+          box.Include(geometry::BoundingBox(part.primitive, math::Pose(R, Eigen::Vector3d::Zero()) * X_HP));
       }
     };
     add_body(hand_shape_, math::Pose());
@@ -92,7 +92,7 @@ void ReferenceServo::MoveReference() {
         continue;
       }
       for (const auto& part : shape.parts) {
-        obstacle_bounds_.push_back(BoundsOf(part.primitive, s_.objects[i].X * part.X_SP));
+        obstacle_bounds_.push_back(geometry::BoundingBox(part.primitive, s_.objects[i].X * part.X_SP));
       }
     }
     const double ceiling = s_.X_WB.p.z() + s_.model->reach().centre.z() + 0.5 * s_.model->reach().max;
@@ -138,7 +138,7 @@ void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
         continue;
       bool far = true;
       for (const auto& part : s_.object(object).shape.parts) {
-        const Bounds bounds = BoundsOf(part.primitive, s_.X_WO(object) * part.X_SP);
+        const geometry::Aabb bounds = geometry::BoundingBox(part.primitive, s_.X_WO(object) * part.X_SP);
         const Eigen::Vector3d outside =
             (bounds.lower - s_.X_WH.p).cwiseMax(s_.X_WH.p - bounds.upper).cwiseMax(0.0);
         far = far && outside.norm() > kFar;
@@ -157,7 +157,15 @@ void ReferenceServo::AvoidObstacles(control::HandTarget* target) {
   target->obstacle_weight = obstacle_weight_;
 }
 
-void ReferenceServo::CommandTorque(robot::Command* command) {
+control::HandTarget ReferenceServo::RestingTarget() {
+  constexpr double kAtRest = 0.02;  // rad/s
+  if (!resting_ && s_.v.cwiseAbs().maxCoeff() < kAtRest) resting_ = state_.X_BH();
+  control::HandTarget target;
+  target.X_BH = resting_.value_or(state_.X_BH());
+  return target;
+}
+
+control::HandTarget ReferenceServo::TargetNow() const {
   control::HandTarget target;
   const math::Pose X_WT = X_WF(frame_);
   const math::Vector6d V_WT = V_WF(frame_);
@@ -170,6 +178,11 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
   target.V_BH.tail<3>() = R_BW * V_WT.tail<3>() + R_BT * reference_.V_TR().tail<3>();
   target.A_BH.head<3>() = R_BT * reference_.A_TR().head<3>();
   target.A_BH.tail<3>() = R_BT * reference_.A_TR().tail<3>();
+  return target;
+}
+
+void ReferenceServo::CommandTorque(robot::Command* command) {
+  control::HandTarget target = s_.stopping && s_.trustworthy ? RestingTarget() : TargetNow();
   if (servo_) {
     target.F_BH = servo_->Holding(state_.X_BH());
   } else if (s_.held != kNone) {
@@ -177,17 +190,18 @@ void ReferenceServo::CommandTorque(robot::Command* command) {
     const double share = std::clamp((s_.time - s_.held_since) / kTakeOver, 0.0, 1.0);
     const Eigen::Vector3d lift(0, 0, share * object.mass.value_or(0) * robot::kGravity);
     const Eigen::Vector3d arm = X_WO(s_.held) * geometry::CentreOfMass(object.shape) - s_.X_WH.p;
-    target.F_BH.head<3>() = R_BW * lift;
-    target.F_BH.tail<3>() = R_BW * arm.cross(lift);
+    target.F_BH.head<3>() = s_.X_WB.R.transpose() * lift;
+    target.F_BH.tail<3>() = s_.X_WB.R.transpose() * arm.cross(lift);
   }
-  if (FindAllowed()) NameAllowed();
+  FindAllowed();
   if (servo_) return CommandConstrained(target, command);
   if (s_.trustworthy) AvoidObstacles(&target);
   const control::JointTarget joints{transit_.joints().q, transit_.joints().v, transit_.joints().a};
-  if (transit_.active()) target.obstacle_weight = 0;  // The path is free.
+  const bool follows = transit_.active() && !s_.stopping;
+  if (follows) target.obstacle_weight = 0;  // The path is free.
   carried_torque_.noalias() = state_.J_BH().transpose() * target.F_BH;
-  command->torque = limiter_->Limit(
-      state_, controller_.Compute(state_, target, transit_.active() ? &joints : nullptr), &carried_torque_);
+  command->torque = limiter_->Limit(state_, controller_.Compute(state_, target, follows ? &joints : nullptr),
+                                    &carried_torque_);
   WatchController();
 }
 

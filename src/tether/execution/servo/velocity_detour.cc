@@ -59,7 +59,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
   std::vector<control::FieldConstraint> fields =
-      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()).fields;
+      BuildConstraints(options_.constraints, control_scene_, bodies).fields;
   fields.insert(fields.end(), verb_fields_.begin(), verb_fields_.end());
   control::VelocityOptions free_options = options_.controller;
   free_options.gain = free_options.field_gain = 0.5 / kStep;
@@ -93,9 +93,19 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     return {};
   }
 
-  control::ConstrainedVelocity probe = MakeController();
+  // What the hand may touch where it gets to, it keeps away from on the way there.
+  control::ConstrainedVelocity probe = MakeController(), probe_between = MakeController();
   probe.Allow(allowed_bodies_);
-  if (s_.held.valid()) probe.Hold(s_.held.value());
+  std::vector<std::pair<int, int>> between;
+  for (const auto& [a, b] : allowed_bodies_) {
+    const int held = s_.held.valid() ? bodies.object(s_.held.value()) : -1;
+    if (held >= 0 && (a == held || b == held)) between.emplace_back(a, b);
+  }
+  probe_between.Allow(between);
+  if (s_.held.valid()) {
+    probe.Hold(s_.held.value());
+    probe_between.Hold(s_.held.value());
+  }
   const double margin = options_.controller.joint_margin;
   problem.lower = (s_.model->lower().array() + margin).matrix();
   problem.upper = (s_.model->upper().array() - margin).matrix();
@@ -110,12 +120,13 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     for (const VectorXd& end : problem.goals) at_end = at_end || (where - end).cwiseAbs().maxCoeff() < kEnd;
     const double least = at_end ? -options_.controller.buffer - kTolerance : spare;
     place(where);
-    probe.Compute({where, s_.opening, still.values()}, nullptr);
-    for (int i = 0; i < probe.num_rows(); ++i) {
-      const control::ConstrainedVelocity::Row& row = probe.row(i);
+    control::ConstrainedVelocity& rows = at_end ? probe : probe_between;
+    rows.Compute({where, s_.opening, still.values()}, nullptr);
+    for (int i = 0; i < rows.num_rows(); ++i) {
+      const control::ConstrainedVelocity::Row& row = rows.row(i);
       if (row.priority == 0 && row.value < least) return false;
     }
-    return !probe.flags().fault;
+    return !rows.flags().fault;
   };
   // The end of the branch that the arm is in first, then any.
   motion::PathProblem first = problem;

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 
+#include "tether/control/torque/singularity.h"
 #include "tether/execution/servo/velocity_servo.h"
 
 namespace tether::execution {
@@ -9,6 +11,11 @@ using math::Pose;
 
 // A configuration of a detour is passed this near, rad.
 constexpr double kWaypoint = 0.04;
+// Without progress for so long, it is asked whether the arm can reach the goal at all, s; and again once the
+// target has moved by this, m and rad. An iteration of the search is made every so many seconds.
+constexpr double kAskAfter = 0.4;
+constexpr double kMoved = 0.02, kTurned = 0.1;
+constexpr double kIteration = 0.001;
 
 }  // namespace
 
@@ -33,20 +40,53 @@ std::string VelocityServo::WhatHoldsUp() const {
     if (s_.q[i] > s_.model->lower()[i] + margin && s_.q[i] < s_.model->upper()[i] - margin) continue;
     text += (text.empty() ? "held up by " : ", ") + ("the limit of " + s_.model->joint_names()[ToIndex(i)]);
   }
+  robot::Kinematics kinematics(s_.model);
+  kinematics.Set(s_.q);
+  Eigen::MatrixXd J_BH(6, s_.q.size());
+  kinematics.HandJacobian(J_BH);
+  if (control::FindDexterity(kinematics, J_BH, options_.torque.rotation_weight, 0).least <
+      control::kSingular) {
+    text += std::string(text.empty() ? "" : "; ") +
+            "the arm is stretched or folded so far that the hand hardly moves (singular)";
+  }
   return text.empty() ? "beyond what the arm can do there" : text;
 }
 
 // What is to be reached has gone where the arm does not get to, whatever it tries: fallen, rolled off,
-// carried away.
+// carried away; or no joint positions within their limits bring the hand there.
 std::string VelocityServo::BeyondReach() const {
   if (!goal_) return "";
   const Pose X_WT = X_WTarget(goal_->target);
   const double distance = (X_WT.p - control_scene_.X_WBase() * s_.model->reach().centre).norm();
   // A frame may stand further from where it is reached than the arm reaches, but not by more than that again.
   const double most = 2 * s_.model->reach().max;
-  if (distance <= most) return "";
-  return "'" + schema().target + "' is " + Length(distance) + " from the shoulder of '" + s_.robot +
-         "', which reaches " + Length(s_.model->reach().max);
+  if (distance > most) {
+    return "'" + schema().target + "' is " + Length(distance) + " from the shoulder of '" + s_.robot +
+           "', which reaches " + Length(s_.model->reach().max);
+  }
+  const bool near = goal_search_.nearest_m() <= tolerance_m_ && goal_search_.nearest_rad() <= tolerance_rad_;
+  if (goal_search_.state() != GoalSearch::State::kOutOfReach || near) return "";
+  return "'" + schema().target +
+         "' is where the arm can't reach it: within its joints' limits it comes no nearer than " +
+         Deviation(goal_search_.nearest_m(), goal_search_.nearest_rad());
+}
+
+// Without progress for some time it is asked whether any joint positions would do; and again once the target
+// has moved.
+void VelocityServo::SearchGoal() {
+  if (!goal_ || goal_->functions.empty() || watch_.quiet(s_.time) < kAskAfter) return goal_search_.Stop();
+  const Pose X_BT = math::Between(control_scene_.X_WBase(), X_WTarget(goal_->target));
+  const bool moved = (goal_search_.X_BTarget().p - X_BT.p).norm() > kMoved ||
+                     math::AngleBetween(goal_search_.X_BTarget().R, X_BT.R) > kTurned;
+  if (moved || goal_search_.state() == GoalSearch::State::kIdle) {
+    Pose X_HF = goal_->frame.X_OF;
+    if (goal_->frame.object != -1 && s_.held != kNone)
+      X_HF = math::Between(s_.X_WH, s_.objects[s_.held].X) * X_HF;
+    goal_search_.Start(goal_->functions, X_BT, X_HF, s_.q);
+  }
+  // As many iterations as a controller with torques has ticks.
+  const int iterations = std::max(1, static_cast<int>(std::lround(shared_.period / kIteration)));
+  for (int i = 0; i < iterations; ++i) goal_search_.Advance();
 }
 
 bool VelocityServo::TryDetour(std::string& why) {
@@ -79,6 +119,7 @@ Progress VelocityServo::WatchProgress(double error) {
     error = (s_.q - path_[waypoint_]).cwiseAbs().maxCoeff();
   }
   watch_.Observe(error, s_.time);
+  SearchGoal();
   return watch_.Stalled(s_.time) ? Stall() : Progress::Running();
 }
 
@@ -86,6 +127,7 @@ Progress VelocityServo::WatchProgress(double error) {
 void VelocityServo::LeaveDetour() {
   path_.clear();
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
 }
 

@@ -30,6 +30,8 @@ constexpr double kRadian = 0.3;
 constexpr double kFirstSpeed = 0.05;
 // A reach is not done before its constraints hold to within this, m and rad.
 constexpr double kKept = 5e-4, kKeptAngle = 5e-3;
+// Slower joints are at rest, rad/s; no longer is waited for them, s.
+constexpr double kAtRest = 0.02, kMostBraking = 1;
 
 /// `R` turned the least so that its axis `axis` points along `to`.
 Eigen::Matrix3d Align(const Eigen::Matrix3d& R, const Vector3d& axis, const Vector3d& to) {
@@ -90,7 +92,7 @@ Vector3d VelocityServo::FootOf(ObjectId object, const Vector3d& up_W, double* ra
 std::optional<Pose> VelocityServo::KeyPose(Progress* missing) {
   const ResolvedStep& step = s_.current();
   if (step.X_TC) return step.X_TC;
-  const ObjectId target = control_scene_.Find(step.schema.target);
+  const ObjectId target = step.region < 0 ? step.target.object : kNone;
   if (step.control != kNone || !target.valid()) {
     *missing = Progress::Failed(EventKind::kFailed, "the plan has no key pose for " + step.schema.control +
                                                         " relative to " + step.schema.target);
@@ -137,7 +139,7 @@ Pose VelocityServo::Offset(const Vector3d& offset, planning::In in, const Pose& 
 
 void VelocityServo::EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region) {
   const bool hand = s_.current().control == kNone;
-  const control::Frame target = control_scene_.Target(region.name);
+  const control::Frame target = control_scene_.Target(s_.current().target);
   const Pose X_WT = X_WTarget(target);
   const bool solid = std::holds_alternative<geometry::Primitive>(region.form);
   control::Frame frame;
@@ -204,7 +206,7 @@ Progress VelocityServo::EnterFrameReach(const planning::ReachVerb& reach) {
     // What is beside the object may have obstructed an open hand.
     s_.gripper.opening = std::min(s_.model->gripper().max_opening, grasp_width_ + kNarrowOpening);
   }
-  const control::Frame target = control_scene_.Target(schema().target);
+  const control::Frame target = control_scene_.Target(s_.current().target);
   goal_ = control::Goal{};
   goal_->target = target;
   if (s_.current().control != kNone) goal_->frame.object = s_.held.value();
@@ -217,19 +219,28 @@ Progress VelocityServo::EnterFrameReach(const planning::ReachVerb& reach) {
   return Progress::Running();
 }
 
+// An arm driven by torques can't turn at once into a cone that begins where it is: it stops before.
+bool VelocityServo::ComesToRest() {
+  const std::vector<control::ConstraintSpec>& specs = s_.current().specs[s_.verb];
+  if (!drive_ || !schema().target_is_region || specs.empty()) return false;
+  if (braked_since_ < 0) braked_since_ = s_.time;
+  return s_.time < braked_since_ + kMostBraking && s_.v.cwiseAbs().maxCoeff() > kAtRest;
+}
+
 Progress VelocityServo::EnterReach(const planning::ReachVerb& reach) {
   if (s_.current().control != kNone && s_.current().control != s_.held) {
     return Progress::Failed(EventKind::kFailed, "the hand does not hold '" + schema().control + "'");
   }
   speed_ = reach.speed;
-  if (!schema().target_is_region) return EnterFrameReach(reach);
-  EnterRegionReach(reach, *s_.scene.FindRegion(schema().target));
+  if (s_.region() == nullptr) return EnterFrameReach(reach);
+  EnterRegionReach(reach, *s_.region());
   return Progress::Running();
 }
 
 Progress VelocityServo::Reach(const planning::ReachVerb& reach) {
   if (!entered_) {
     watch_.Start(s_.time);
+    if (ComesToRest()) return Progress::Running();
     const Progress entered = EnterReach(reach);
     if (entered.state != Progress::State::kRunning) return entered;
     entered_ = true;
@@ -258,7 +269,7 @@ Progress VelocityServo::Shift(const planning::ShiftVerb& shift) {
     tolerance_m_ = kShiftTolerance;
     tolerance_rad_ = kShiftTurnTolerance;
     goal_ = control::Goal{};
-    const Pose X_WT = X_WTarget(control_scene_.Target(schema().target));
+    const Pose X_WT = X_WTarget(control_scene_.Target(s_.current().target));
     Vector3d by = shift.by;
     if (shift.in == planning::In::kHand || shift.in == planning::In::kControl) by = s_.X_WH.R * by;
     if (shift.in == planning::In::kTarget) by = X_WT.R * by;

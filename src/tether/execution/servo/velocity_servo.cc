@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tether/common/document/option_check.h"
 #include "tether/common/text.h"
 
 namespace tether::execution {
@@ -24,10 +25,10 @@ ArmTransitOptions WithDistances(const VelocityServoOptions& options) {
 
 void VelocityServoOptions::Check(Diagnostics* diagnostics) const {
   controller.Validate();
-  const auto check = [&](const char* name, double value) { CheckPositive(name, value, diagnostics); };
-  check("acceleration", acceleration);
-  check("turn_speed", turn_speed);
-  check("foot_gap", foot_gap);
+  const OptionCheck check("execution", diagnostics);
+  check.Positive("acceleration", acceleration);
+  check.Positive("turn_speed", turn_speed);
+  check.Positive("foot_gap", foot_gap);
 }
 
 VelocityServo::VelocityServo(Situation& situation,
@@ -40,7 +41,12 @@ VelocityServo::VelocityServo(Situation& situation,
       control_scene_(s_.scene, s_.robot),
       controller_(MakeController()),
       watch_(shared_.watch()),
-      transit_(s_, WithDistances(options_), options_.constraints) {
+      goal_search_(s_.model),
+      transit_(s_, WithDistances(options_), options_.constraints),
+      supports_(s_, SupportDistances(options_)),
+      after_contact_(s_, supports_),
+      kinematics_(s_.model),
+      J_BH_(6, s_.model->dof()) {
   for (const control::ConstraintSpec& spec : options_.constraints)
     has_fields_ = has_fields_ || spec.kind == "outside";
   if (options_.torques) MakeDrive();
@@ -51,22 +57,17 @@ void VelocityServo::MakeDrive() {
   control::TorqueOptions torque = options_.torque;
   torque.period = shared_.period;
   drive_ = std::make_unique<TorqueDrive>(
-      s_.model, control_scene_,
-      BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof()), torque);
+      s_.model, control_scene_, BuildConstraints(options_.constraints, control_scene_, bodies), torque);
 }
 
 control::ConstrainedVelocity VelocityServo::MakeController() const {
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
-  BuiltConstraints built = BuildConstraints(options_.constraints, control_scene_, bodies, s_.model->dof());
+  BuiltConstraints built = BuildConstraints(options_.constraints, control_scene_, bodies);
   control::VelocityOptions controller_options = options_.controller;
   controller_options.joint_margin = std::max(controller_options.joint_margin, built.joint_margin);
   controller_options.period = shared_.period;
-  return {s_.model,
-          control_scene_.X_WBase(),
-          control_scene_.solids(),
-          std::move(built.clearances),
-          std::move(built.fields),
-          controller_options};
+  return {s_.model,         control_scene_.X_WBase(), control_scene_.solids(),
+          built.clearances, std::move(built.fields),  controller_options};
 }
 
 void VelocityServo::FindHandPose() {
@@ -82,6 +83,8 @@ void VelocityServo::Sense() {
     FindHandPose();
   }
   if (s_.held != kNone) WatchSupports();
+  WatchApproach();
+  WatchForce();
 }
 
 void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_opening; }
@@ -97,11 +100,15 @@ void VelocityServo::BeginStep() {
 void VelocityServo::BeginVerb() {
   transit_.Stop();
   entered_ = false;
+  braked_since_ = -1;
   goal_.reset();
   verb_fields_.clear();
   controller_.SetExtraFields({});
   if (drive_) drive_->SetExtraFields({});
-  clear_ = false;
+  after_contact_.Start();
+  if (!keeps_off_) return;
+  keeps_off_ = false;
+  UpdateAllowed();
 }
 
 void VelocityServo::Rest(bool first) {
@@ -113,7 +120,7 @@ void VelocityServo::Rest(bool first) {
 }
 
 void VelocityServo::HeldChanged() {
-  supports_.clear();
+  supports_.Find();
   beneath_.clear();
   if (s_.held == kNone) {
     controller_.Release();
@@ -123,9 +130,17 @@ void VelocityServo::HeldChanged() {
   }
   controller_.Hold(s_.held.value());
   if (drive_) drive_->Hold(s_.held.value());
-  FindSupports();
   UpdateAllowed();
   FindBeneath();
+}
+
+// A reach begins anew, from where the arm is; a shift has been led half of its way.
+void VelocityServo::Resume() {
+  if (s_.in_plan() && std::holds_alternative<planning::ReachVerb>(s_.present_verb())) {
+    path_.clear();
+    return BeginVerb();
+  }
+  watch_.Excuse(s_.time);
 }
 
 void VelocityServo::Stop() {
@@ -205,7 +220,8 @@ void VelocityServo::Prepare(robot::Commands* commands) const {
 
 void VelocityServo::Command(const robot::Observations& /*observations*/, robot::Commands* commands) {
   const control::VelocityInput input{s_.q, s_.opening, s_.objects.values(), &s_.v};
-  const control::Goal* goal = goal_ ? &*goal_ : nullptr;
+  const control::Goal* goal = goal_ && !s_.stopping ? &*goal_ : nullptr;
+  if (s_.time < backs_off_until_ && !s_.stopping) goal = &back_off_;
   robot::Command& command = commands->find(s_.robot)->second;
   const Eigen::VectorXd& velocity = controller_.Compute(input, goal);
   if (!controller_.flags().fault) FindHandPose();
@@ -215,7 +231,7 @@ void VelocityServo::Command(const robot::Observations& /*observations*/, robot::
   }
   const double max_force =
       s_.in_plan() ? s_.plan_step().max_force.value_or(options_.max_force) : options_.max_force;
-  command.torque = drive_->Compute(s_, goal, max_force);
+  command.torque = drive_->Compute(s_, goal == nullptr ? nullptr : &velocity, max_force);
   WatchDrive();
 }
 

@@ -7,6 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "tether/execution/contact/after_contact.h"
+#include "tether/execution/contact/supports.h"
+#include "tether/execution/contact/touch.h"
+#include "tether/execution/reference/goal_search.h"
 #include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
@@ -47,9 +51,11 @@ class VelocityServo final : public Servo {
   void BeginVerb() override;
   void Rest(bool first) override;
   void HeldChanged() override;
+  const Eigen::VectorXd* Carried() const override { return drive_ ? &drive_->carried() : nullptr; }
+  void Resume() override;
   void Stop() override;
   void Command(const robot::Observations& observations, robot::Commands* commands) override;
-  const std::vector<std::pair<std::string, std::string>>& allowed() const override { return allowed_; }
+  const TouchList& allowed() const override { return allowed_; }
   const std::vector<control::FieldConstraint>& verb_fields() const override;
 
   // velocity_reach.cc
@@ -70,19 +76,19 @@ class VelocityServo final : public Servo {
   void WatchDrive();
 
   // velocity_contact.cc: what may be touched.
+  static Supports::Distances SupportDistances(const VelocityServoOptions& options);
   void UpdateAllowed();
-  std::vector<std::string> NamesOf(const std::string& name) const;
-  std::vector<int> BodiesOf(const std::string& name) const;
-
-  void FindSupports();
-  void FindCarriers(const scene::Region& region, std::vector<ObjectId>& found) const;
+  bool KeepsOff() const;
+  void WatchApproach();
   void FindBeneath();
-  bool IsOver(ObjectId object, ObjectId carrier) const;
-  ObjectId ContactObject() const;
-  bool IsClearOf(ObjectId object) const;
+  /// The hand goes along with what was touched.
   void GoAlong(bool move);
 
+  // velocity_force.cc
+  void WatchForce();
+
   // velocity_reach.cc
+  bool ComesToRest();
   Progress EnterReach(const planning::ReachVerb& reach);
   void EnterRegionReach(const planning::ReachVerb& reach, const scene::Region& region);
   Progress EnterFrameReach(const planning::ReachVerb& reach);
@@ -109,7 +115,8 @@ class VelocityServo final : public Servo {
   Progress Stall();
   void LeaveDetour();
   std::string WhatHoldsUp() const;
-  /// Why no retry can help: what is to be reached is far beyond the arm's reach; empty: it is not.
+  void SearchGoal();
+  /// Why no retry can help: what is to be reached is beyond the arm's reach; empty: it is not.
   std::string BeyondReach() const;
   bool TryDetour(std::string& why);
   /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
@@ -126,32 +133,40 @@ class VelocityServo final : public Servo {
   control::ConstrainedVelocity controller_;
   std::unique_ptr<TorqueDrive> drive_;  ///< Where the arm is driven by torques.
   ProgressWatch watch_;
+  GoalSearch goal_search_;
   ArmTransit transit_;
   int transits_ = 0;         ///< Planned for the present step.
   math::Pose X_BGoal_;       ///< Of the hand, as the transit was planned.
   bool has_fields_ = false;  ///< The scenario constrains frames to be outside of something.
 
-  bool placed_ = false;   ///< The controller has seen the arm.
-  bool entered_ = false;  ///< The present motion.
+  bool placed_ = false;       ///< The controller has seen the arm.
+  bool entered_ = false;      ///< The present motion.
+  double braked_since_ = -1;  ///< Before it; −1: not.
+  bool keeps_off_ = false;    ///< The hand is clear of the step's target, and does not touch it yet.
   std::optional<control::Goal> goal_;
   std::optional<math::Pose> grasp_;  ///< Chosen for this step, where the plan has no key pose …
   double grasp_width_ = 0;           ///< … with this between the fingers, m.
   double speed_ = 0, tolerance_m_ = 0, tolerance_rad_ = 0;
   std::vector<control::FieldConstraint> verb_fields_;  ///< The controller's, of the present verb.
-  std::vector<std::pair<std::string, std::string>> allowed_;
+  Supports supports_;
+  AfterContact after_contact_;
+  TouchList allowed_;
   std::vector<std::pair<int, int>> allowed_bodies_;  ///< `allowed_`, by the controller's numbers.
-  std::vector<ObjectId> supports_;                   ///< What the held object stood on and still touches.
-  std::vector<ObjectId> carriers_, carriers_next_;   ///< What carries the region that this step is about.
+  std::vector<ObjectId> first_ends_, second_ends_;
+  std::vector<ObjectId> carriers_, carriers_next_;  ///< What carries the region that this step is about.
   std::vector<ObjectId> beneath_,
       beneath_next_;                   ///< What lies under these, or under what carries the target.
   math::Pose goal_pose_;               ///< Of the hand, of a shift, in the frame of `along_` or the base.
   ObjectId along_;                     ///< The object that the goal goes along with.
-  bool clear_ = false;                 ///< Of what was touched before this verb.
   std::vector<Eigen::VectorXd> path_;  ///< A detour that is being followed; what is left of it.
   size_t waypoint_ = 0;
   int detours_ = 0;
   double relaxed_until_ = -1, escaping_until_ = -1;
   bool faulty_ = false;
+  robot::Kinematics kinematics_;  ///< Of the measured joints.
+  Eigen::MatrixXd J_BH_;
+  double pressed_since_ = -1, backs_off_until_ = -1;
+  control::Goal back_off_;
 };
 
 }  // namespace tether::execution

@@ -5,6 +5,7 @@
 
 #include "tether/common/overloaded.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 
@@ -61,7 +62,7 @@ double DistanceLowerBound(const Shape& a, const math::Pose& X_WA, const Shape& b
   const double balls = (X_WB.p - X_WA.p).norm() - BoundingRadius(a) - BoundingRadius(b);
   const double boxes = BoundingBox(a, X_WA).DistanceTo(BoundingBox(b, X_WB));
   const double bound = std::max(balls, boxes);
-  return bound > 0 ? bound : -1e300;
+  return bound > 0 ? bound : -math::kInfinity;
 }
 
 }  // namespace tether::geometry

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/hull/polytope.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry::internal {
 namespace {
@@ -41,7 +42,7 @@ Vector2d NearestOnFlat(const Flat& flat, const Vector2d& q) {
   if (flat.size == 2) return NearestOnSegment(flat.points[0], flat.points[1], q);
   bool inside = true;
   Vector2d best = q;
-  double best2 = 1e300;
+  double best2 = math::kInfinity;
   for (int i = 0; i < flat.size; ++i) {
     const Vector2d& a = flat.points[i];
     const Vector2d& b = flat.points[(i + 1) % flat.size];
@@ -136,7 +137,7 @@ Vector2d OverlapCentre(const Flat& first, const Flat& second, double* miss) {
     }
   }
   // No overlap: the nearest vertex and foot.
-  double best = 1e300;
+  double best = math::kInfinity;
   Vector2d centre = a.points[0];
   for (int side = 0; side < 2; ++side) {
     const Flat& from = side == 0 ? a : b;
@@ -205,7 +206,7 @@ void ExtremeFeatureOfHull(const Polytope& hull, const math::Pose& X, const Vecto
 }  // namespace
 
 double Core::SupportOfHull(const Vector3d& d) const {
-  double greatest = -1e300;
+  double greatest = -math::kInfinity;
   for (const Vector3d& p : hull->vertices) greatest = std::max(greatest, d.dot(p));
   return greatest;
 }

@@ -7,6 +7,7 @@
 #include "tether/geometry/distance/core.h"
 #include "tether/geometry/distance/gjk.h"
 #include "tether/geometry/distance/normal_search.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry::internal {
 namespace {
@@ -38,7 +39,7 @@ bool TellsApart(const Query& query, double nearest2, Gap* gap) {
 /// cylinder; none where all are beyond a given distance.
 struct RimPoint {
   Vector3d p = Vector3d::Zero();
-  double distance2 = 1e300;
+  double distance2 = math::kInfinity;
 };
 RimPoint NearestOnRim(const Vector3d& centre, const Vector3d& axis, double rim_radius, const Core& core,
                       double beyond2) {
@@ -184,7 +185,7 @@ namespace {
 bool ApartAtEdge(const Query& query, Gap* gap) {
   const Eigen::Matrix3d& R = query.X_AB.R;
   const Vector3d& half = query.a.half;
-  double nearest2 = 1e300;
+  double nearest2 = math::kInfinity;
   for (int axis = 0; axis < 3; ++axis) {
     const int j = (axis + 1) % 3;
     const int k = (axis + 2) % 3;
@@ -242,7 +243,7 @@ namespace {
 bool ApartAtRim(const Query& query, Gap* gap) {
   const Eigen::Matrix3d& R = query.X_AB.R;
   const Vector3d axis_B = R.col(2);
-  double nearest2 = 1e300;
+  double nearest2 = math::kInfinity;
   // The ends that face the other solid first: they rule out most of the rest.
   const double facing_A = query.X_AB.p.z() >= 0 ? 1 : -1, facing_B = query.X_AB.p.dot(axis_B) >= 0 ? -1 : 1;
   for (const double side : {1.0, -1.0}) {

@@ -12,6 +12,7 @@
 #include "tether/geometry/distance/query.h"
 #include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 namespace {
@@ -118,7 +119,7 @@ double Separation(const PosedPair& pair, const Vector3d& n) {
 
 /// The greatest separation along the axes of both frames, and across pairs of them.
 double BestSeparation(const PosedPair& pair) {
-  double best = -1e300;
+  double best = -math::kInfinity;
   const auto look_along = [&](const Vector3d& n) {
     if (n.norm() < 0.5) return;
     best = std::max({best, Separation(pair, n), Separation(pair, -n)});
@@ -146,7 +147,7 @@ double ErrorOf(const PosedPair& pair, const Distance& d) {
 std::vector<PosedPair> RandomPairs(int kind_a, int kind_b, int count, uint64_t seed) {
   Random random(seed + 16 * kind_a + kind_b);
   std::vector<PosedPair> pairs;
-  pairs.reserve(static_cast<size_t>(count));
+  pairs.reserve(count);
   for (int i = 0; i < count; ++i) pairs.push_back(RandomPair(kind_a, kind_b, random));
   return pairs;
 }

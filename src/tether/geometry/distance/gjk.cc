@@ -6,6 +6,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "tether/math/infinity.h"
+
 namespace tether::geometry::internal {
 namespace {
 
@@ -63,7 +65,7 @@ bool Weigh(const Simplex& simplex, const std::array<int, 4>& subset, int count,
 
 /// Reduces the simplex to the smallest face with its point nearest to the origin; returns that point.
 Vector3d Reduce(Simplex* simplex) {
-  double least = 1e300;
+  double least = math::kInfinity;
   Simplex best;
   Vector3d nearest = Vector3d::Zero();
   for (int mask = 1; mask < (1 << simplex->size); ++mask) {
@@ -98,8 +100,8 @@ Apart FindApart(const Query& query) {
   Simplex simplex;
   Vector3d v = query.X_AB.p;
   if (!(v.squaredNorm() > 0)) v = Vector3d::UnitZ();
-  double room = -1e300;
-  double length = 1e300;
+  double room = -math::kInfinity;
+  double length = math::kInfinity;
   for (int step = 0; step < kMostSteps; ++step) {
     // n from A to B: B is extreme against it.
     const Vector3d n = v.normalized();
@@ -108,7 +110,7 @@ Apart FindApart(const Query& query) {
     corner.p_B = query.X_AB * query.b.SupportPoint(-(query.X_AB.R.transpose() * n));
     corner.w = corner.p_B - corner.p_A;
     room = std::max(room, n.dot(corner.w));
-    if (length < 1e300 && length - n.dot(corner.w) <= 1e-15 + 1e-14 * length) break;
+    if (length < math::kInfinity && length - n.dot(corner.w) <= 1e-15 + 1e-14 * length) break;
     const bool known = std::any_of(simplex.corners.begin(), simplex.corners.begin() + simplex.size,
                                    [&](const Corner& c) { return c.w == corner.w; });
     if (known) break;

@@ -6,6 +6,7 @@
 #include "tether/geometry/distance/gjk.h"
 #include "tether/geometry/distance/normal_search.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry::internal {
 namespace {
@@ -173,7 +174,7 @@ Vector3d NearestOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& 
 Vector3d NearestOnFace(const Polytope& hull, const Polytope::Face& face, const Vector3d& q) {
   const Vector3d p = q - (face.normal.dot(q) - face.offset) * face.normal;
   bool inside = true;
-  double least = 1e300;
+  double least = math::kInfinity;
   Vector3d nearest = p;
   for (size_t i = 0; i < face.corners.size(); ++i) {
     const Vector3d& a = hull.vertices[face.corners[i]];
@@ -194,7 +195,7 @@ bool ApartAtEdge(const Query& query, Gap* gap) {
   const math::Pose& X = query.X_AB;
   const double radius = query.a.disc;
   const double half = query.a.half.z();
-  double nearest2 = 1e300;
+  double nearest2 = math::kInfinity;
   for (const Polytope::Edge& edge : query.b.hull->edges) {
     const Vector3d start = X * query.b.hull->vertices[edge.from];
     const Vector3d along = X * query.b.hull->vertices[edge.to] - start;
@@ -224,7 +225,7 @@ bool ApartAtEdge(const Query& query, Gap* gap) {
 
 Foot FootOnHull(const Polytope& hull, const Vector3d& q, const Vector3d& up) {
   Foot foot;
-  foot.distance = -1e300;
+  foot.distance = -math::kInfinity;
   double best_up = 0;
   for (const Polytope::Face& face : hull.faces) {
     const double distance = face.normal.dot(q) - face.offset;
@@ -237,7 +238,7 @@ Foot FootOnHull(const Polytope& hull, const Vector3d& q, const Vector3d& up) {
   }
   foot.p = q - foot.distance * foot.n;
   if (foot.distance <= kTouching) return foot;
-  double least = 1e300;
+  double least = math::kInfinity;
   for (const Polytope::Face& face : hull.faces) {
     const double height = face.normal.dot(q) - face.offset;
     if (height <= 0 || height >= least) continue;

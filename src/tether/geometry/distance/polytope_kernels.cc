@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "tether/geometry/distance/core.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry::internal {
 namespace {
@@ -46,7 +47,7 @@ Foot FootOnBox(const Vector3d& half, const Vector3d& q, const Vector3d& up) {
   const double outside = (q - clamped).norm();
   if (outside > kTouching) return {outside, clamped, (q - clamped) / outside};
   Foot foot;
-  foot.distance = -1e300;
+  foot.distance = -math::kInfinity;
   double best_up = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
@@ -200,7 +201,7 @@ Gap BoxBox(const Query& query) {
   if (gap.distance <= kTouching || miss <= 1e-9) return gap;
 
   // Apart, with neither witness inside a face: then A's lies on an edge of A.
-  double nearest2 = 1e300;
+  double nearest2 = math::kInfinity;
   for (int axis = 0; axis < 3; ++axis) {
     const int j = (axis + 1) % 3;
     const int k = (axis + 2) % 3;

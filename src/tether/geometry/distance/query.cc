@@ -9,6 +9,7 @@
 
 #include "tether/geometry/distance/core.h"
 #include "tether/geometry/hull/polytope.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 namespace {
@@ -17,8 +18,8 @@ using Eigen::Vector3d;
 
 /// The part of a line inside a convex solid, with the outward normals at its ends; empty if lower > upper.
 struct Span {
-  double lower = -1e300;
-  double upper = 1e300;
+  double lower = -math::kInfinity;
+  double upper = math::kInfinity;
   Vector3d n_lower = Vector3d::UnitZ();
   Vector3d n_upper = Vector3d::UnitZ();
 

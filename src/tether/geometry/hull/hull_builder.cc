@@ -117,7 +117,7 @@ class Builder {
       most = height;
       best = static_cast<int>(f);
     }
-    if (best >= 0) facets_[static_cast<size_t>(best)].outside.push_back(i);
+    if (best >= 0) facets_[best].outside.push_back(i);
   }
 
   void AddPoint(int point, int from) {

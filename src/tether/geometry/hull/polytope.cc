@@ -10,6 +10,7 @@
 #include "tether/common/overloaded.h"
 #include "tether/geometry/hull/hull_builder.h"
 #include "tether/geometry/polygon/polygon.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 namespace {
@@ -162,7 +163,7 @@ std::shared_ptr<const Polytope> Finish(const std::vector<Vector3d>& points,
     }
     face.normal = area.normalized();
     for (const int i : corners) face.corners.push_back(index.at(i));
-    face.offset = -1e300;
+    face.offset = -math::kInfinity;
     for (const Vector3d& p : polytope->vertices) face.offset = std::max(face.offset, face.normal.dot(p));
     polytope->faces.push_back(std::move(face));
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tether/math/infinity.h"
+
 namespace tether::geometry {
 namespace {
 
@@ -89,8 +91,8 @@ std::vector<HalfPlane> EdgeHalfPlanes(const Polygon& polygon) {
 }
 
 double ContainmentMargin(const Polygon& polygon, const Vector2d& point) {
-  if (polygon.empty()) return -1e300;
-  double nearest = 1e300;
+  if (polygon.empty()) return -math::kInfinity;
+  double nearest = math::kInfinity;
   bool inside = polygon.size() >= 3;
   for (size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d& a = polygon[i];

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "tether/geometry/polygon/polygon.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 namespace {
@@ -24,9 +25,9 @@ double EdgeAngle(const Polygon& polygon, size_t i) {
 
 /// The least distance between two parallel lines that hold the polygon.
 double LeastWidth(const Polygon& polygon) {
-  double least = 1e300;
+  double least = math::kInfinity;
   for (const HalfPlane& edge : EdgeHalfPlanes(polygon)) {
-    double nearest = 1e300;
+    double nearest = math::kInfinity;
     for (const Vector2d& p : polygon) nearest = std::min(nearest, edge.normal.dot(p));
     least = std::min(least, edge.offset - nearest);
   }
@@ -63,11 +64,11 @@ class FitSearch {
     for (size_t i = 0; i < edges_.size(); ++i) {
       const Vector2d& n = edges_[i].normal;
       const Vector2d turned(c * n.x() + s * n.y(), c * n.y() - s * n.x());
-      double height = -1e300;
+      double height = -math::kInfinity;
       for (const Vector2d& p : inner_) height = std::max(height, turned.dot(p));
       heights_[i] = height;
     }
-    double excess = -1e300;
+    double excess = -math::kInfinity;
     for (const Width& w : widths_) {
       double demand = 0;
       for (int k = 0; k < 3; ++k) demand += w.weights[k] * heights_[w.edges[k]];
@@ -88,7 +89,7 @@ class FitSearch {
     reach *= 3;
     translations_ = {{-reach, -reach}, {reach, -reach}, {reach, reach}, {-reach, reach}};
     for (HalfPlane half_plane : edges_) {
-      double farthest = -1e300;
+      double farthest = -math::kInfinity;
       for (const Vector2d& p : turned_) farthest = std::max(farthest, half_plane.normal.dot(p));
       half_plane.offset += kFit - farthest;
       CutInto(translations_, half_plane, &cut_);

@@ -10,6 +10,7 @@
 #include "tether/geometry/distance/core.h"
 #include "tether/geometry/hull/polytope.h"
 #include "tether/geometry/input_tolerance.h"
+#include "tether/math/infinity.h"
 
 namespace tether::geometry {
 namespace {
@@ -144,7 +145,7 @@ double Support(const Primitive& primitive, const Vector3d& d) {
 
 double Support(const Shape& shape, const Vector3d& d) {
   assert(!shape.parts.empty());
-  double greatest = -1e300;
+  double greatest = -math::kInfinity;
   for (const Part& part : shape.parts) {
     greatest = std::max(greatest, d.dot(part.X_SP.p) + Support(part.primitive, part.X_SP.R.transpose() * d));
   }
@@ -159,7 +160,7 @@ Vector3d SupportPoint(const Primitive& primitive, const Vector3d& d) {
 Vector3d SupportPoint(const Shape& shape, const Vector3d& d) {
   assert(!shape.parts.empty());
   Vector3d best = Vector3d::Zero();
-  double greatest = -1e300;
+  double greatest = -math::kInfinity;
   for (const Part& part : shape.parts) {
     const Vector3d p = part.X_SP * SupportPoint(part.primitive, part.X_SP.R.transpose() * d);
     if (d.dot(p) > greatest) {

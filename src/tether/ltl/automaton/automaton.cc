@@ -57,9 +57,9 @@ void Automaton::MeasureDistances() {
 }
 
 int Automaton::Step(int state, LetterView letter) const {
-  Target target = diagram_.roots[static_cast<size_t>(state)];
+  Target target = diagram_.roots[state];
   while (target >= 0) {
-    const Diagram::Node& node = diagram_.nodes[static_cast<size_t>(target)];
+    const Diagram::Node& node = diagram_.nodes[target];
     target = IsTrue(letter, node.atom) ? node.high : node.low;
   }
   return ~target;
@@ -73,14 +73,14 @@ bool Automaton::Accepts(const Word& word) const {
 
 std::vector<int> Automaton::RelevantAtoms(int state) const {
   std::vector<int> atoms;
-  std::vector<Target> open{diagram_.roots[static_cast<size_t>(state)]};
+  std::vector<Target> open{diagram_.roots[state]};
   std::vector<Target> seen;
   while (!open.empty()) {
     const Target target = open.back();
     open.pop_back();
     if (target < 0 || std::find(seen.begin(), seen.end(), target) != seen.end()) continue;
     seen.push_back(target);
-    const Diagram::Node& node = diagram_.nodes[static_cast<size_t>(target)];
+    const Diagram::Node& node = diagram_.nodes[target];
     atoms.push_back(node.atom);
     open.push_back(node.low);
     open.push_back(node.high);
@@ -98,8 +98,8 @@ bool Automaton::IsSatisfiable() const {
     if (target < 0) {
       if (!IsTrap(~target)) return true;
     } else {
-      open.push_back(diagram_.nodes[static_cast<size_t>(target)].low);
-      open.push_back(diagram_.nodes[static_cast<size_t>(target)].high);
+      open.push_back(diagram_.nodes[target].low);
+      open.push_back(diagram_.nodes[target].high);
     }
   }
   return false;
@@ -129,7 +129,7 @@ std::string GuardText(const AutomatonEdge& edge, const std::vector<std::string>&
     for (size_t k = 0; k < term.literals.size(); ++k) {
       const auto& [atom, value] = term.literals[k];
       if (k > 0) text += sum ? " & " : " | ";
-      text += (value ? "" : "!") + texts[static_cast<size_t>(atom)];
+      text += (value ? "" : "!") + texts[atom];
     }
     if (parentheses) text += ")";
   }

@@ -23,9 +23,7 @@ class CompiledPart : public AutomatonPart {
   bool IsAccepting(int state) const override { return automaton_.IsAccepting(state); }
   bool IsSettled(int state) const override { return automaton_.IsSettled(state); }
   int LowerBound(int state) const override { return automaton_.distance(state); }
-  const std::vector<int>& RelevantAtoms(int state) const override {
-    return relevant_[static_cast<size_t>(state)];
-  }
+  const std::vector<int>& RelevantAtoms(int state) const override { return relevant_[state]; }
   const Automaton* automaton() const override { return &automaton_; }
 
  private:
@@ -48,16 +46,14 @@ class ProgressedPart : public AutomatonPart {
       key.back() |= static_cast<uint64_t>(IsTrue(letter, relevant[k])) << (k % 64);
     }
     const auto [place, fresh] = steps_.try_emplace(std::move(key), -1);
-    if (fresh) place->second = Intern(progression_.Step(info_[static_cast<size_t>(state)].state, letter));
+    if (fresh) place->second = Intern(progression_.Step(info_[state].state, letter));
     return place->second;
   }
 
-  bool IsAccepting(int state) const override { return info_[static_cast<size_t>(state)].accepting; }
-  bool IsSettled(int state) const override { return info_[static_cast<size_t>(state)].state == Bdd::kTrue; }
-  int LowerBound(int state) const override { return info_[static_cast<size_t>(state)].bound; }
-  const std::vector<int>& RelevantAtoms(int state) const override {
-    return info_[static_cast<size_t>(state)].relevant;
-  }
+  bool IsAccepting(int state) const override { return info_[state].accepting; }
+  bool IsSettled(int state) const override { return info_[state].state == Bdd::kTrue; }
+  int LowerBound(int state) const override { return info_[state].bound; }
+  const std::vector<int>& RelevantAtoms(int state) const override { return info_[state].relevant; }
 
  private:
   struct Info {
@@ -89,12 +85,12 @@ static_assert(Progression::kNever == Automaton::kNever);
 /// Conjuncts, grouped so that two groups have no atom in common; groups and members in order of appearance.
 std::vector<std::vector<Core::Ref>> GroupByAtoms(const Core& core) {
   std::vector<std::vector<Core::Ref>> groups;
-  std::vector<size_t> group_of_atom(static_cast<size_t>(core.atoms()), SIZE_MAX);
+  std::vector<size_t> group_of_atom(core.atoms(), SIZE_MAX);
   for (Core::Ref conjunct : core.Conjuncts(core.root())) {
     const size_t home = groups.size();
     groups.push_back({conjunct});
     for (int atom : core.AtomsBelow(conjunct)) {
-      const size_t other = std::exchange(group_of_atom[static_cast<size_t>(atom)], home);
+      const size_t other = std::exchange(group_of_atom[atom], home);
       if (other == SIZE_MAX || other == home) continue;
       groups[home].insert(groups[home].begin(), groups[other].begin(), groups[other].end());
       groups[other].clear();

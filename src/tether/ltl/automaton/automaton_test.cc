@@ -39,9 +39,8 @@ size_t CountClasses(const Automaton& automaton) {
     std::map<std::vector<int>, int> classes;
     std::vector<int> next;
     for (int s = 0; s < automaton.states(); ++s) {
-      std::vector<int> key{class_of[static_cast<size_t>(s)]};
-      for (const Letter& letter : letters)
-        key.push_back(class_of[static_cast<size_t>(automaton.Step(s, letter))]);
+      std::vector<int> key{class_of[s]};
+      for (const Letter& letter : letters) key.push_back(class_of[automaton.Step(s, letter)]);
       next.push_back(classes.emplace(key, static_cast<int>(classes.size())).first->second);
     }
     class_of = next;

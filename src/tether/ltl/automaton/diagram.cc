@@ -26,7 +26,7 @@ class Product {
       if (p < 0) {
         result_.roots[i] = ~self;
       } else {
-        const Target root = Apply(a_.roots[static_cast<size_t>(p)], b_.roots[static_cast<size_t>(q)]);
+        const Target root = Apply(a_.roots[p], b_.roots[q]);
         result_.roots[i] = root;
       }
     }
@@ -43,9 +43,7 @@ class Product {
     return sinks;
   }
 
-  bool IsHopeless(Target x, const std::vector<bool>& hopeless) const {
-    return x < 0 && hopeless[static_cast<size_t>(~x)];
-  }
+  bool IsHopeless(Target x, const std::vector<bool>& hopeless) const { return x < 0 && hopeless[~x]; }
 
   int StateOf(int p, int q) {
     const auto fresh = static_cast<uint32_t>(pairs_.size());
@@ -55,8 +53,7 @@ class Product {
       PollLimits();
       pairs_.emplace_back(p, q);
       result_.roots.push_back(0);
-      result_.accepting.push_back(p >= 0 && a_.accepting[static_cast<size_t>(p)] &&
-                                  b_.accepting[static_cast<size_t>(q)]);
+      result_.accepting.push_back(p >= 0 && a_.accepting[p] && b_.accepting[q]);
     }
     return static_cast<int>(state);
   }
@@ -68,8 +65,8 @@ class Product {
     const auto key_x = static_cast<uint32_t>(x), key_y = static_cast<uint32_t>(y);
     const uint32_t cached = cache_.Find(key_x, key_y, 0);
     if (cached != TripleMap::kNone) return static_cast<Target>(cached - kOffset);
-    const Diagram::Node here_x = x < 0 ? Diagram::Node{kNoAtom, x, x} : a_.nodes[static_cast<size_t>(x)];
-    const Diagram::Node here_y = y < 0 ? Diagram::Node{kNoAtom, y, y} : b_.nodes[static_cast<size_t>(y)];
+    const Diagram::Node here_x = x < 0 ? Diagram::Node{kNoAtom, x, x} : a_.nodes[x];
+    const Diagram::Node here_y = y < 0 ? Diagram::Node{kNoAtom, y, y} : b_.nodes[y];
     const int atom = std::min(here_x.atom, here_y.atom);
     const bool step_x = here_x.atom == atom, step_y = here_y.atom == atom;
     const Target low = Apply(step_x ? here_x.low : x, step_y ? here_y.low : y);
@@ -103,23 +100,23 @@ class Product {
 std::vector<int> BreadthFirstOrder(const Diagram& diagram) {
   std::vector<int> number(diagram.states(), -1);
   std::vector<int> queue{diagram.initial};
-  number[static_cast<size_t>(diagram.initial)] = 0;
+  number[diagram.initial] = 0;
   std::vector<bool> seen(diagram.nodes.size());
   std::vector<Target> open;
   for (size_t i = 0; i < queue.size(); ++i) {
-    open.push_back(diagram.roots[static_cast<size_t>(queue[i])]);
+    open.push_back(diagram.roots[queue[i]]);
     while (!open.empty()) {
       const Target target = open.back();
       open.pop_back();
       if (target < 0) {
-        int& place = number[static_cast<size_t>(~target)];
+        int& place = number[~target];
         if (place >= 0) continue;
         place = static_cast<int>(queue.size());
         queue.push_back(~target);
-      } else if (!seen[static_cast<size_t>(target)]) {
-        seen[static_cast<size_t>(target)] = true;
-        open.push_back(diagram.nodes[static_cast<size_t>(target)].high);
-        open.push_back(diagram.nodes[static_cast<size_t>(target)].low);
+      } else if (!seen[target]) {
+        seen[target] = true;
+        open.push_back(diagram.nodes[target].high);
+        open.push_back(diagram.nodes[target].low);
       }
     }
   }
@@ -128,7 +125,7 @@ std::vector<int> BreadthFirstOrder(const Diagram& diagram) {
 
 /// The diagram with its states renumbered.
 Diagram Renumber(const Diagram& diagram, const std::vector<int>& number) {
-  const auto renamed = [&](Target t) { return t < 0 ? ~number[static_cast<size_t>(~t)] : t; };
+  const auto renamed = [&](Target t) { return t < 0 ? ~number[~t] : t; };
   Diagram result;
   result.nodes = diagram.nodes;
   for (Diagram::Node& node : result.nodes) node = {node.atom, renamed(node.low), renamed(node.high)};
@@ -139,7 +136,7 @@ Diagram Renumber(const Diagram& diagram, const std::vector<int>& number) {
     result.roots[to] = renamed(diagram.roots[s]);
     result.accepting[to] = diagram.accepting[s];
   }
-  result.initial = number[static_cast<size_t>(diagram.initial)];
+  result.initial = number[diagram.initial];
   return result;
 }
 
@@ -175,7 +172,7 @@ class Refinement {
       result.roots[c] = Image(diagram_.roots[s]);
       result.accepting[c] = diagram_.accepting[s];
     }
-    result.initial = class_of_[static_cast<size_t>(diagram_.initial)];
+    result.initial = class_of_[diagram_.initial];
     return result;
   }
 
@@ -187,9 +184,7 @@ class Refinement {
                                                          static_cast<uint32_t>(root), 0, fresh));
   }
 
-  Target Image(Target t) const {
-    return t < 0 ? ~class_of_[static_cast<size_t>(~t)] : image_[static_cast<size_t>(t)];
-  }
+  Target Image(Target t) const { return t < 0 ? ~class_of_[~t] : image_[t]; }
 
   void MapNodes() {
     nodes_.clear();

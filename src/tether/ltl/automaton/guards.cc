@@ -43,7 +43,7 @@ class GuardFinder {
 
  private:
   Conditions Of(Target target) const {
-    return target < 0 ? Conditions{{~target, Bdd::kTrue}} : of_node_[static_cast<size_t>(target)];
+    return target < 0 ? Conditions{{~target, Bdd::kTrue}} : of_node_[target];
   }
 
   Conditions Branch(const Diagram::Node& node) {

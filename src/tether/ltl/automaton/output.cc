@@ -56,7 +56,7 @@ std::string CubesText(const std::vector<Cube>& cubes, const std::vector<std::str
     for (size_t k = 0; k < cubes[i].literals.size(); ++k) {
       const auto& [atom, value] = cubes[i].literals[k];
       if (k > 0) text += ", ";
-      text += literals[value ? 1 : 0][static_cast<size_t>(atom)];
+      text += literals[value ? 1 : 0][atom];
     }
     text += "]";
   }

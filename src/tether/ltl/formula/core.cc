@@ -127,17 +127,17 @@ std::vector<Core::Ref> Core::Conjuncts(Ref f) const {
 
 std::vector<int> Core::AtomsBelow(Ref f) const {
   std::vector<bool> needed(nodes_.size());
-  std::vector<bool> has(static_cast<size_t>(atoms_));
+  std::vector<bool> has(atoms_);
   needed[f >> 1] = true;
   for (size_t i = nodes_.size(); i-- > 0;) {
     if (!needed[i]) continue;
     needed[nodes_[i].left >> 1] = true;
     needed[nodes_[i].right >> 1] = true;
-    if (nodes_[i].atom >= 0) has[static_cast<size_t>(nodes_[i].atom)] = true;
+    if (nodes_[i].atom >= 0) has[nodes_[i].atom] = true;
   }
   std::vector<int> atoms;
   for (int a = 0; a < atoms_; ++a) {
-    if (has[static_cast<size_t>(a)]) atoms.push_back(a);
+    if (has[a]) atoms.push_back(a);
   }
   return atoms;
 }

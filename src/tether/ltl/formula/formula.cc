@@ -37,7 +37,7 @@ class Printer {
     const Formula::Node& node = formula_.node(i);
     switch (Arity(node.op)) {
       case 0:
-        if (node.op == Operator::kAtom) return AtomText(formula_.atoms()[static_cast<size_t>(node.atom)]);
+        if (node.op == Operator::kAtom) return AtomText(formula_.atoms()[node.atom]);
         return std::string(Symbol(node.op));
       case 1:
         return PrintUnary(node);
@@ -79,7 +79,7 @@ bool Equal(const Formula& a, int i, const Formula& b, int j) {
   const Formula::Node& y = b.node(j);
   if (x.op != y.op || x.operands.size() != y.operands.size()) return false;
   if (x.op == Operator::kAtom) {
-    return a.atoms()[static_cast<size_t>(x.atom)] == b.atoms()[static_cast<size_t>(y.atom)];
+    return a.atoms()[x.atom] == b.atoms()[y.atom];
   }
   for (size_t k = 0; k < x.operands.size(); ++k) {
     if (!Equal(a, x.operands[k], b, y.operands[k])) return false;
@@ -189,7 +189,7 @@ int Formula::Append(const Formula& operand) {
   }
   const int shift = static_cast<int>(nodes_.size());
   for (Node node : operand.nodes_) {
-    if (node.atom >= 0) node.atom = atom_map[static_cast<size_t>(node.atom)];
+    if (node.atom >= 0) node.atom = atom_map[node.atom];
     for (int& child : node.operands) child += shift;
     nodes_.push_back(std::move(node));
   }
@@ -198,7 +198,7 @@ int Formula::Append(const Formula& operand) {
 
 Formula Formula::Sub(int i) const {
   const Node& top = node(i);
-  if (top.op == Operator::kAtom) return Atom(atoms_[static_cast<size_t>(top.atom)], top.column);
+  if (top.op == Operator::kAtom) return Atom(atoms_[top.atom], top.column);
   if (top.operands.empty()) return Constant(top.op == Operator::kTrue, top.column);
   std::vector<Formula> operands;
   for (int operand : top.operands) operands.push_back(Sub(operand));

@@ -70,7 +70,7 @@ class Parser {
 
   void Push(Formula::Node node, const Token& at) {
     int depth = 0;
-    for (int operand : node.operands) depth = std::max(depth, depths_[static_cast<size_t>(operand)]);
+    for (int operand : node.operands) depth = std::max(depth, depths_[operand]);
     CheckDepth(++depth, at);
     nodes_.push_back(std::move(node));
     depths_.push_back(depth);
@@ -176,9 +176,9 @@ void RequireKnownAtoms(const Formula& formula, const std::vector<std::string>& k
   Diagnostics diagnostics;
   std::vector<bool> told(formula.atoms().size());
   for (const Formula::Node& node : formula.nodes()) {
-    if (node.op != Operator::kAtom || told[static_cast<size_t>(node.atom)]) continue;
-    told[static_cast<size_t>(node.atom)] = true;
-    const std::string& name = formula.atoms()[static_cast<size_t>(node.atom)];
+    if (node.op != Operator::kAtom || told[node.atom]) continue;
+    told[node.atom] = true;
+    const std::string& name = formula.atoms()[node.atom];
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     const std::string nearest = NearestMatch(name, known);
     const std::vector<std::string> some(known.begin(),

@@ -160,13 +160,12 @@ TEST(Parser, NoTextCrashes) {
     if (trial % 3 == 0) {
       for (int k = random.Index(30); k >= 0; --k) text += static_cast<char>(random.Index(256));
     } else if (trial % 3 == 1) {
-      for (int k = random.Index(30); k >= 0; --k)
-        text += alphabet[static_cast<size_t>(random.Index(std::ssize(alphabet)))];
+      for (int k = random.Index(30); k >= 0; --k) text += alphabet[random.Index(std::ssize(alphabet))];
     } else {
       text = start;
       for (int k = random.Index(3); k >= 0; --k) {
         const auto at = static_cast<size_t>(random.Index(static_cast<int>(text.size())));
-        const char c = alphabet[static_cast<size_t>(random.Index(static_cast<int>(alphabet.size())))];
+        const char c = alphabet[random.Index(static_cast<int>(alphabet.size()))];
         if (random.Index(2) == 0) text.erase(at, 1);
         if (random.Index(2) == 0) text.insert(at, 1, c);
       }

@@ -27,19 +27,19 @@ void Progression::Memo::Set(size_t i, Bdd::Ref ref) {
 Progression::Progression(const Core& core, size_t max_nodes)
     : core_(core), bdd_(max_nodes), end_level_(core.atoms()), not_end_(Bdd::Not(bdd_.Var(end_level_))) {
   using Kind = Core::Kind;
-  std::vector<int> level_of_atom(static_cast<size_t>(core.atoms()), -1);
+  std::vector<int> level_of_atom(core.atoms(), -1);
   int level = end_level_;
   for (const Core::Node& node : core.nodes()) {
     const bool literal = node.kind == Kind::kAtom || node.kind == Kind::kNegatedAtom;
     const size_t i = obligation_level_.size();
     if (node.kind == Kind::kTrue || node.kind == Kind::kAnd) {
       obligation_level_.push_back(-1);
-    } else if (literal && level_of_atom[static_cast<size_t>(node.atom)] >= 0) {
-      obligation_level_.push_back(level_of_atom[static_cast<size_t>(node.atom)]);
+    } else if (literal && level_of_atom[node.atom] >= 0) {
+      obligation_level_.push_back(level_of_atom[node.atom]);
     } else {
       obligation_level_.push_back(++level);
       node_of_level_.push_back(i);
-      if (literal) level_of_atom[static_cast<size_t>(node.atom)] = level;
+      if (literal) level_of_atom[node.atom] = level;
     }
     std::vector<int> now;
     if (literal) now = {node.atom};

@@ -11,8 +11,7 @@ namespace tether::ltl {
 namespace {
 
 bool IsEndAtom(const Formula& formula, const Formula::Node& node) {
-  return node.op == Operator::kAtom && !node.quoted &&
-         IsWordForTheEnd(formula.atoms()[static_cast<size_t>(node.atom)]);
+  return node.op == Operator::kAtom && !node.quoted && IsWordForTheEnd(formula.atoms()[node.atom]);
 }
 
 }  // namespace
@@ -27,7 +26,7 @@ Formula ReadEnds(const Formula& formula, Semantics semantics) {
   std::vector<int> atom_number(formula.atoms().size(), -1);  // Likewise; -1: not met.
   for (const Formula::Node& node : formula.nodes()) {
     if (IsEndAtom(formula, node)) {
-      const bool last = formula.atoms()[static_cast<size_t>(node.atom)] == "last";
+      const bool last = formula.atoms()[node.atom] == "last";
       const auto above = [&](Operator op) {
         nodes.push_back({op, -1, {static_cast<int>(nodes.size()) - 1}, node.column});
       };
@@ -36,12 +35,12 @@ Formula ReadEnds(const Formula& formula, Semantics semantics) {
       if (last) above(Operator::kNot);
     } else {
       nodes.push_back(node);
-      for (int& operand : nodes.back().operands) operand = number[static_cast<size_t>(operand)];
+      for (int& operand : nodes.back().operands) operand = number[operand];
       if (node.op == Operator::kAtom) {
-        int& atom = atom_number[static_cast<size_t>(node.atom)];
+        int& atom = atom_number[node.atom];
         if (atom < 0) {
           atom = static_cast<int>(atoms.size());
-          atoms.push_back(formula.atoms()[static_cast<size_t>(node.atom)]);
+          atoms.push_back(formula.atoms()[node.atom]);
         }
         nodes.back().atom = atom;
       }
@@ -70,9 +69,9 @@ std::vector<Diagnostic> WordWarnings(const Formula& formula, Semantics semantics
   std::vector<Diagnostic> warnings;
   std::vector<bool> told(formula.atoms().size(), false);
   for (const Formula::Node& node : formula.nodes()) {
-    if (node.op != Operator::kAtom || node.quoted || told[static_cast<size_t>(node.atom)]) continue;
-    told[static_cast<size_t>(node.atom)] = true;
-    const std::string& name = formula.atoms()[static_cast<size_t>(node.atom)];
+    if (node.op != Operator::kAtom || node.quoted || told[node.atom]) continue;
+    told[node.atom] = true;
+    const std::string& name = formula.atoms()[node.atom];
     const auto warn = [&](const std::string& message, const std::string& accepted) {
       warnings.push_back(
           {FormulaLocation(where, node.column), FormulaPrefix(where, node.column) + message, accepted});

@@ -42,8 +42,8 @@ void ElasticQp::FactorizeActive(const ManifoldView::Values& values, double lambd
 void ElasticQp::Slope(const ManifoldView::Values& values, double lambda, bool guessed) {
   slope_ = values.gradient + Hd_ + lambda * d_;
   for (int k = 0; k < static_cast<int>(near_.size()); ++k) {
-    const int i = near_[static_cast<size_t>(k)];
-    char& active = active_[static_cast<size_t>(i)];
+    const int i = near_[k];
+    char& active = active_[i];
     shifted_[k] = multiplier_[k] + sigma_ * z_[k];
     double y = shifted_[k];
     if (!guessed) {
@@ -63,10 +63,10 @@ bool ElasticQp::SolveByActiveSet(const ManifoldView::Values& values, double lamb
   d_.setZero();
   Hd_.setZero();
   for (int k = 0; k < m; ++k) {
-    const int i = near_[static_cast<size_t>(k)];
+    const int i = near_[k];
     z_[k] = c_[i];
     multiplier_[k] = y_[i];
-    char& active = active_[static_cast<size_t>(i)];
+    char& active = active_[i];
     if (active == kUnknown) active = lo_[i] < 0 || c_[i] > 0 ? kWithin : kAtLower;
   }
   bool guessed = true;
@@ -88,21 +88,20 @@ bool ElasticQp::SolveByActiveSet(const ManifoldView::Values& values, double lamb
       MultiplyCurvature(values, dd_, Hstep_);
       d_ += dd_;
       Hd_ += Hstep_;
-      for (int k = 0; k < m; ++k) z_[k] += DotRow(values, near_[static_cast<size_t>(k)], dd_);
+      for (int k = 0; k < m; ++k) z_[k] += DotRow(values, near_[k], dd_);
     }
     double error = 0;
     for (int k = 0; k < m; ++k) {
-      const int i = near_[static_cast<size_t>(k)];
+      const int i = near_[k];
       const double y = std::clamp(shifted_[k], lo_[i], hi_[i]);
-      if (active_[static_cast<size_t>(i)] == kWithin)
-        error = std::max(error, std::abs(y - multiplier_[k]) / sigma_);
+      if (active_[i] == kWithin) error = std::max(error, std::abs(y - multiplier_[k]) / sigma_);
       multiplier_[k] = y;
     }
     if (error > tolerance) {
       last_slope = std::numeric_limits<double>::infinity();
       continue;
     }
-    for (int k = 0; k < m; ++k) y_[near_[static_cast<size_t>(k)]] = multiplier_[k];
+    for (int k = 0; k < m; ++k) y_[near_[k]] = multiplier_[k];
     return true;
   }
   return false;

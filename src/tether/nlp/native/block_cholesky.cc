@@ -33,19 +33,19 @@ std::vector<int> EliminationPositions(int count, const std::vector<std::pair<int
   std::vector<std::set<int>> neighbours(n);
   for (const auto& [i, j] : edges) {
     if (i == j) continue;
-    neighbours[static_cast<size_t>(i)].insert(j);
-    neighbours[static_cast<size_t>(j)].insert(i);
+    neighbours[i].insert(j);
+    neighbours[j].insert(i);
   }
   std::set<std::pair<size_t, int>> by_degree;
-  for (int k = 0; k < count; ++k) by_degree.emplace(neighbours[static_cast<size_t>(k)].size(), k);
+  for (int k = 0; k < count; ++k) by_degree.emplace(neighbours[k].size(), k);
   std::vector<int> positions(n, -1);
   for (int position = 0; position < count; ++position) {
     const int best = by_degree.begin()->second;
     by_degree.erase(by_degree.begin());
-    positions[static_cast<size_t>(best)] = position;
-    const std::set<int> joined = std::move(neighbours[static_cast<size_t>(best)]);
+    positions[best] = position;
+    const std::set<int> joined = std::move(neighbours[best]);
     for (const int i : joined) {
-      std::set<int>& others = neighbours[static_cast<size_t>(i)];
+      std::set<int>& others = neighbours[i];
       by_degree.erase({others.size(), i});
       others.erase(best);
       others.insert(joined.begin(), joined.end());
@@ -60,7 +60,7 @@ BlockCholesky::BlockCholesky(int count, const std::vector<std::pair<int, int>>& 
   const auto n = static_cast<size_t>(count);
   std::vector<std::vector<int>> below(n);
   for (const auto& [i, j] : edges) {
-    if (i != j) below[static_cast<size_t>(std::min(i, j))].push_back(std::max(i, j));
+    if (i != j) below[std::min(i, j)].push_back(std::max(i, j));
   }
   for (size_t k = 0; k < n; ++k) {
     std::vector<int>& rows = below[k];
@@ -68,7 +68,7 @@ BlockCholesky::BlockCholesky(int count, const std::vector<std::pair<int, int>>& 
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     // The rest of the column fills the column of its first row; from there it goes on.
     if (rows.size() > 1) {
-      std::vector<int>& parent = below[static_cast<size_t>(rows.front())];
+      std::vector<int>& parent = below[rows.front()];
       parent.insert(parent.end(), rows.begin() + 1, rows.end());
     }
     first_.push_back(static_cast<int>(rows_.size()));
@@ -89,7 +89,7 @@ BlockCholesky::BlockCholesky(int count, const std::vector<std::pair<int, int>>& 
 }
 
 int BlockCholesky::Slot(int row, int column) const {
-  const auto begin = rows_.begin() + first_[static_cast<size_t>(column)];
+  const auto begin = rows_.begin() + first_[column];
   const auto end = rows_.begin() + first_[static_cast<size_t>(column) + 1];
   const auto it = std::lower_bound(begin, end, row);
   assert(it != end && *it == row);
@@ -113,7 +113,7 @@ TETHER_MULTIVERSION void BlockCholesky::Factorize() {
 TETHER_MULTIVERSION void BlockCholesky::Solve(Eigen::VectorXd& b) const {
   const double* blocks = blocks_.front().data();
   for (int k = 0; k < count_; ++k) {
-    const int first = first_[static_cast<size_t>(k)], end = first_[static_cast<size_t>(k) + 1];
+    const int first = first_[k], end = first_[static_cast<size_t>(k) + 1];
     const double* L = blocks + 36 * static_cast<size_t>(first);
     double* x = b.data() + 6 * static_cast<size_t>(k);
     for (int j = 0; j < 6; ++j) {
@@ -124,7 +124,7 @@ TETHER_MULTIVERSION void BlockCholesky::Solve(Eigen::VectorXd& b) const {
       block::SubtractTimes(blocks + 36 * static_cast<size_t>(slot), x, b.data() + 6 * row(slot));
   }
   for (int k = count_ - 1; k >= 0; --k) {
-    const int first = first_[static_cast<size_t>(k)], end = first_[static_cast<size_t>(k) + 1];
+    const int first = first_[k], end = first_[static_cast<size_t>(k) + 1];
     const double* L = blocks + 36 * static_cast<size_t>(first);
     double* x = b.data() + 6 * static_cast<size_t>(k);
     for (int slot = first + 1; slot < end; ++slot)

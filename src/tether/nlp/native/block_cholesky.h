@@ -28,8 +28,8 @@ class BlockCholesky {
   int num_slots() const { return static_cast<int>(rows_.size()); }
   /// The slot of block (row, column) with row ≥ column, which must be of the pattern.
   int Slot(int row, int column) const;
-  int row(int slot) const { return rows_[static_cast<size_t>(slot)]; }
-  int column(int slot) const { return columns_[static_cast<size_t>(slot)]; }
+  int row(int slot) const { return rows_[slot]; }
+  int column(int slot) const { return columns_[slot]; }
 
   /// Factorises the matrix in blocks(), in place. Of diagonal blocks the lower triangle is read. A pivot that
   /// is not positive is replaced by a huge one, which fixes that coordinate.

@@ -140,7 +140,7 @@ void ElasticQp::MultiplyCurvature(const ManifoldView::Values& values, const Eige
   Hd.setZero();
   const BlockCholesky& factor = view_.factor();
   for (const int slot : view_.curvature_slots()) {
-    const BlockCholesky::Block& block = values.curvature[static_cast<size_t>(slot)];
+    const BlockCholesky::Block& block = values.curvature[slot];
     const int row = factor.row(slot), column = factor.column(slot);
     if (row == column) {
       Hd.segment<6>(6 * row).noalias() += block.selfadjointView<Eigen::Lower>() * d.segment<6>(6 * row);
@@ -154,7 +154,7 @@ void ElasticQp::MultiplyCurvature(const ManifoldView::Values& values, const Eige
 const double* ElasticQp::RowOf(const ManifoldView::Values& values, int row) const {
   if (row >= view_.num_rows())
     return cut_jacobians_.data() + static_cast<size_t>(row - view_.num_rows()) * widest_;
-  const ManifoldView::Group& group = *group_of_[static_cast<size_t>(row)];
+  const ManifoldView::Group& group = *group_of_[row];
   return values.jacobian.data() + group.first_value +
          static_cast<size_t>((row - group.first_row) * group.columns());
 }
@@ -162,7 +162,7 @@ const double* ElasticQp::RowOf(const ManifoldView::Values& values, int row) cons
 double ElasticQp::DotRow(const ManifoldView::Values& values, int row, const Eigen::VectorXd& d) const {
   const double* g = RowOf(values, row);
   double sum = 0;
-  for (const int node : group_of_[static_cast<size_t>(row)]->nodes) {
+  for (const int node : group_of_[row]->nodes) {
     sum += Eigen::Map<const math::Vector6d>(g).dot(d.segment<6>(6 * node));
     g += 6;
   }
@@ -172,7 +172,7 @@ double ElasticQp::DotRow(const ManifoldView::Values& values, int row, const Eige
 void ElasticQp::AddRow(const ManifoldView::Values& values, int row, double factor,
                        Eigen::VectorXd& out) const {
   const double* g = RowOf(values, row);
-  for (const int node : group_of_[static_cast<size_t>(row)]->nodes) {
+  for (const int node : group_of_[row]->nodes) {
     out.segment<6>(6 * node) += factor * Eigen::Map<const math::Vector6d>(g);
     g += 6;
   }
@@ -185,7 +185,7 @@ void ElasticQp::SetRows(const Eigen::VectorXd& c, double nu) {
   for (int i = 0; i < m; ++i) lo_[i] = view_.is_equality(i) ? -nu : 0;
   for (size_t k = 0; k < cuts_.size(); ++k) {
     const int row = m + static_cast<int>(k);
-    group_of_[static_cast<size_t>(row)] = cuts_[k].group;
+    group_of_[row] = cuts_[k].group;
     c_[row] = cuts_[k].value;
     lo_[row] = 0;
     if (cuts_[k].group == nullptr) y_[row] = 0;
@@ -228,15 +228,13 @@ void ElasticQp::Assemble(const ManifoldView::Values& values, double lambda) {
   BlockCholesky& factor = view_.factor();
   BlockCholesky::Blocks& blocks = factor.blocks();
   for (BlockCholesky::Block& block : blocks) block.setZero();
-  for (const int slot : view_.curvature_slots())
-    blocks[static_cast<size_t>(slot)] = values.curvature[static_cast<size_t>(slot)];
-  for (int k = 0; k < factor.count(); ++k)
-    blocks[static_cast<size_t>(factor.Slot(k, k))].diagonal().array() += lambda;
+  for (const int slot : view_.curvature_slots()) blocks[slot] = values.curvature[slot];
+  for (int k = 0; k < factor.count(); ++k) blocks[factor.Slot(k, k)].diagonal().array() += lambda;
   for (size_t k = 0; k < near_.size();) {
-    const ManifoldView::Group* group = group_of_[static_cast<size_t>(near_[k])];
+    const ManifoldView::Group* group = group_of_[near_[k]];
     gram_rows_.clear();
     gram_weights_.clear();
-    for (; k < near_.size() && group_of_[static_cast<size_t>(near_[k])] == group; ++k) {
+    for (; k < near_.size() && group_of_[near_[k]] == group; ++k) {
       const double weight = weight_[static_cast<int>(k)];
       if (weight < kNegligibleWeight) continue;
       gram_rows_.push_back(RowOf(values, near_[k]));
@@ -249,7 +247,7 @@ void ElasticQp::Assemble(const ManifoldView::Values& values, double lambda) {
 void ElasticQp::StartFrom(const Eigen::VectorXd& y) {
   y_.head(view_.num_rows()) = y;
   for (int i = 0; i < view_.num_rows(); ++i)
-    active_[static_cast<size_t>(i)] = view_.is_equality(i) || y[i] > kLeastMultiplier ? kWithinRow : 0;
+    active_[i] = view_.is_equality(i) || y[i] > kLeastMultiplier ? kWithinRow : 0;
   guess_known_ = true;
 }
 

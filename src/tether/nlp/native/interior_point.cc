@@ -38,11 +38,11 @@ void ElasticQp::Direction(const ManifoldView::Values& values) {
   const auto m = static_cast<int>(near_.size());
   for (int k = 0; k < m; ++k) {
     wanted_[k] = -primal_[k] - a_[k] + b_[k] + target_a_[k] / u_[k] - target_b_[k] / l_[k];
-    AddRow(values, near_[static_cast<size_t>(k)], weight_[k] * wanted_[k], dd_);
+    AddRow(values, near_[k], weight_[k] * wanted_[k], dd_);
   }
   view_.factor().Solve(dd_);
   for (int k = 0; k < m; ++k) {
-    Jstep_[k] = DotRow(values, near_[static_cast<size_t>(k)], dd_);
+    Jstep_[k] = DotRow(values, near_[k], dd_);
     dy_[k] = weight_[k] * (Jstep_[k] - wanted_[k]);
     da_[k] = (target_a_[k] + a_[k] * dy_[k]) / u_[k] - a_[k];
     db_[k] = (target_b_[k] - b_[k] * dy_[k]) / l_[k] - b_[k];
@@ -79,7 +79,7 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
   }
   MultiplyCurvature(values, d_, Hd_);
   for (int k = 0; k < m && !resume; ++k) {
-    const int i = near_[static_cast<size_t>(k)];
+    const int i = near_[k];
     const CentralPoint start = FindCentralPoint(c_[i], lo_[i], hi_[i]);
     multiplier_[k] = start.multiplier;
     z_[k] = c_[i];
@@ -91,7 +91,7 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
     slope_ = values.gradient + Hd_ + lambda * d_;
     double gap = 0, primal_error = 0;
     for (int k = 0; k < m; ++k) {
-      const int i = near_[static_cast<size_t>(k)];
+      const int i = near_[k];
       u_[k] = hi_[i] - multiplier_[k];
       l_[k] = multiplier_[k] - lo_[i];
       primal_[k] = z_[k] - a_[k] + b_[k];
@@ -133,11 +133,9 @@ bool ElasticQp::SolveByInteriorPoint(const ManifoldView::Values& values, double 
     }
   }
   for (int k = 0; k < m; ++k) {
-    const int i = near_[static_cast<size_t>(k)];
+    const int i = near_[k];
     // A multiplier is inside its interval if it is nearer to that than to an end, by the products.
-    active_[static_cast<size_t>(i)] = a_[k] > hi_[i] - multiplier_[k]   ? 3
-                                      : b_[k] > multiplier_[k] - lo_[i] ? 0
-                                                                        : 1;
+    active_[i] = a_[k] > hi_[i] - multiplier_[k] ? 3 : b_[k] > multiplier_[k] - lo_[i] ? 0 : 1;
     y_[i] = multiplier_[k];
   }
   interior_d_ = d_;

@@ -34,14 +34,14 @@ ManifoldView::ManifoldView(const Program& program) : program_(program), num_node
     first_node_.push_back(num_nodes_);
     num_nodes_ += (program.TangentSize({BlockRef::Kind::kVector, i}) + 5) / 6;
   }
-  positions_.resize(static_cast<size_t>(num_nodes_));
+  positions_.resize(num_nodes_);
   for (size_t k = 0; k < positions_.size(); ++k) positions_[k] = static_cast<int>(k);
   Edges edges;
   for (const Term& term : program.terms()) AddEdges(NodesOf(*term.residual), edges);
   positions_ = EliminationPositions(num_nodes_, edges);
   for (auto& [i, j] : edges) {
-    i = positions_[static_cast<size_t>(i)];
-    j = positions_[static_cast<size_t>(j)];
+    i = positions_[i];
+    j = positions_[j];
   }
   factor_ = BlockCholesky(num_nodes_, edges);
   PlanTerms();
@@ -57,9 +57,9 @@ std::vector<int> ManifoldView::NodesOf(const Residual& residual) const {
   std::vector<int> nodes;
   for (const BlockRef& block : residual.blocks()) {
     const bool is_pose = block.kind == BlockRef::Kind::kPose;
-    const int first = is_pose ? block.index : first_node_[static_cast<size_t>(block.index)];
+    const int first = is_pose ? block.index : first_node_[block.index];
     const int count = (program_.TangentSize(block) + 5) / 6;
-    for (int k = 0; k < count; ++k) nodes.push_back(positions_[static_cast<size_t>(first + k)]);
+    for (int k = 0; k < count; ++k) nodes.push_back(positions_[first + k]);
   }
   return nodes;
 }
@@ -82,7 +82,7 @@ void ManifoldView::PlanTerms() {
       group.nodes = sorted;
       groups.push_back(std::move(group));
     }
-    Group& group = groups[static_cast<size_t>(it->second)];
+    Group& group = groups[it->second];
     TermPlan plan{&residual, term.role, it->second, 0, group.rows, {}};
     if (is_cost) {
       plan.first_row_in_group = 0;
@@ -94,8 +94,7 @@ void ManifoldView::PlanTerms() {
     for (const BlockRef& block : residual.blocks()) {
       const int size = program_.TangentSize(block);
       for (int k = 0; k < size; ++k) {
-        const auto place =
-            std::lower_bound(sorted.begin(), sorted.end(), nodes[static_cast<size_t>(node + k / 6)]);
+        const auto place = std::lower_bound(sorted.begin(), sorted.end(), nodes[node + k / 6]);
         const bool fixed = block.kind == BlockRef::Kind::kVector &&
                            program_.lower(block.index)[k] == program_.upper(block.index)[k];
         plan.columns.push_back(fixed ? -1 : 6 * static_cast<int>(place - sorted.begin()) + k % 6);
@@ -113,27 +112,27 @@ void ManifoldView::PlanTerms() {
     next_row += group.rows;
     num_values_ += static_cast<size_t>(group.rows * group.columns());
   }
-  is_equality_.assign(static_cast<size_t>(next_row), 0);
-  units_.assign(static_cast<size_t>(next_row), Unit::kNone);
+  is_equality_.assign(next_row, 0);
+  units_.assign(next_row, Unit::kNone);
   int widest = 6;
   for (TermPlan& plan : terms_) {
     if (plan.role == Role::kCost) {
-      widest = std::max(widest, cost_groups_[static_cast<size_t>(plan.group)].columns());
+      widest = std::max(widest, cost_groups_[plan.group].columns());
       continue;
     }
-    const Group& group = groups_[static_cast<size_t>(plan.group)];
+    const Group& group = groups_[plan.group];
     widest = std::max(widest, group.columns());
     plan.first_row = group.first_row + plan.first_row_in_group;
     for (int k = 0; k < plan.residual->size(); ++k) {
-      is_equality_[static_cast<size_t>(plan.first_row + k)] = plan.role == Role::kEquality ? 1 : 0;
-      units_[static_cast<size_t>(plan.first_row + k)] = plan.residual->unit();
+      is_equality_[plan.first_row + k] = plan.role == Role::kEquality ? 1 : 0;
+      units_[plan.first_row + k] = plan.residual->unit();
     }
   }
   residual_scratch_.resize(most_rows);
   jacobian_scratch_.resize(most_rows, most_columns);
-  row_scratch_.resize(static_cast<size_t>(most_rows * widest));
-  cost_rows_.reserve(static_cast<size_t>(most_rows));
-  twos_.assign(static_cast<size_t>(most_rows), 2.0);
+  row_scratch_.resize(most_rows * widest);
+  cost_rows_.reserve(most_rows);
+  twos_.assign(most_rows, 2.0);
 }
 
 void ManifoldView::PlanBounds() {
@@ -143,7 +142,7 @@ void ManifoldView::PlanBounds() {
       if (lower[k] == upper[k]) continue;
       for (const double sign : {-1.0, 1.0}) {
         if (!std::isfinite(sign < 0 ? lower[k] : upper[k])) continue;
-        const int node = positions_[static_cast<size_t>(first_node_[static_cast<size_t>(i)] + k / 6)];
+        const int node = positions_[first_node_[i] + k / 6];
         Group group;
         group.nodes = {node};
         group.slots = {factor_.Slot(node, node)};
@@ -164,7 +163,7 @@ Point ManifoldView::Start(const Point& guess) const {
   Point x = guess;
   for (math::Pose& X : x.poses) X.R = math::ProjectToSO3(X.R);
   for (int i = 0; i < program_.num_vectors(); ++i) {
-    Eigen::VectorXd& v = x.vectors[static_cast<size_t>(i)];
+    Eigen::VectorXd& v = x.vectors[i];
     v = v.cwiseMax(program_.lower(i)).cwiseMin(program_.upper(i)).eval();
   }
   return x;
@@ -175,7 +174,7 @@ ManifoldView::Values ManifoldView::MakeValues() const {
   values.gradient.setZero(num_coordinates());
   values.rows.setZero(num_rows());
   values.jacobian.assign(num_values_, 0.0);
-  values.curvature.assign(static_cast<size_t>(factor_.num_slots()), BlockCholesky::Block::Zero());
+  values.curvature.assign(factor_.num_slots(), BlockCholesky::Block::Zero());
   // The bounds' derivatives never change.
   size_t value = num_values_ - 6 * bounds_.size();
   for (const Bound& bound : bounds_) {
@@ -201,7 +200,7 @@ bool ManifoldView::Evaluate(const Point& x, Values& values) {
   not_finite_.clear();
   values.cost = 0;
   values.gradient.setZero();
-  for (int slot : curvature_slots_) values.curvature[static_cast<size_t>(slot)].setZero();
+  for (int slot : curvature_slots_) values.curvature[slot].setZero();
   for (const TermPlan& term : terms_) {
     const int size = term.residual->size();
     const auto columns = static_cast<int>(term.columns.size());
@@ -214,14 +213,14 @@ bool ManifoldView::Evaluate(const Point& x, Values& values) {
       return false;
     }
     const bool is_cost = term.role == Role::kCost;
-    const Group& group = (is_cost ? cost_groups_ : groups_)[static_cast<size_t>(term.group)];
+    const Group& group = (is_cost ? cost_groups_ : groups_)[term.group];
     const int n = group.columns();
     double* out = is_cost ? row_scratch_.data()
                           : values.jacobian.data() + group.first_value +
                                 static_cast<size_t>(term.first_row_in_group * n);
     if (is_cost) std::fill(row_scratch_.begin(), row_scratch_.end(), 0.0);
     for (int k = 0; k < columns; ++k) {
-      const int column = term.columns[static_cast<size_t>(k)];
+      const int column = term.columns[k];
       if (column < 0) continue;
       for (int row = 0; row < size; ++row) out[row * n + column] = J(row, k);
     }
@@ -242,7 +241,7 @@ bool ManifoldView::Evaluate(const Point& x, Values& values) {
     AddGram(group, cost_rows_, twos_.data(), values.curvature);
   }
   for (const Bound& bound : bounds_) {
-    const double v = x.vectors[static_cast<size_t>(bound.vector)][bound.entry];
+    const double v = x.vectors[bound.vector][bound.entry];
     values.rows[bound.row] = bound.sign > 0 ? v - program_.upper(bound.vector)[bound.entry]
                                             : program_.lower(bound.vector)[bound.entry] - v;
   }
@@ -254,7 +253,7 @@ void ManifoldView::Move(const Point& x, const Eigen::VectorXd& d, double scale, 
     moved.poses[i] = x.poses[i] * math::ExpSE3(scale * d.segment<6>(6 * positions_[i]));
   for (size_t i = 0; i < x.vectors.size(); ++i) {
     for (int k = 0; k < x.vectors[i].size(); ++k) {
-      const int node = positions_[static_cast<size_t>(first_node_[i] + k / 6)];
+      const int node = positions_[first_node_[i] + k / 6];
       moved.vectors[i][k] = x.vectors[i][k] + scale * d[6 * node + k % 6];
     }
   }
@@ -268,8 +267,7 @@ void ManifoldView::WriteMultipliers(const Eigen::VectorXd& y, WarmStart& warm) c
   }
   for (int i = 0; i < program_.num_vectors(); ++i)
     warm.bounds.emplace_back(Eigen::VectorXd::Zero(program_.lower(i).size()));
-  for (const Bound& bound : bounds_)
-    warm.bounds[static_cast<size_t>(bound.vector)][bound.entry] += bound.sign * y[bound.row];
+  for (const Bound& bound : bounds_) warm.bounds[bound.vector][bound.entry] += bound.sign * y[bound.row];
 }
 
 Eigen::VectorXd ManifoldView::ReadMultipliers(const WarmStart& warm) const {
@@ -304,7 +302,7 @@ std::vector<int> ManifoldView::TermsByWeight(const Eigen::VectorXd& weights, dou
 double ManifoldView::LargestTurn(const Eigen::VectorXd& d) const {
   double largest = 0;
   for (int i = 0; i < program_.num_poses(); ++i)
-    largest = std::max(largest, d.segment<3>(6 * positions_[static_cast<size_t>(i)] + 3).norm());
+    largest = std::max(largest, d.segment<3>(6 * positions_[i] + 3).norm());
   return largest;
 }
 
@@ -315,7 +313,7 @@ double ManifoldView::Amount(const Eigen::VectorXd& rows, int row) const {
 double ManifoldView::Violation(const Eigen::VectorXd& rows, Unit unit) const {
   double largest = 0;
   for (int row = 0; row < num_rows(); ++row) {
-    if (units_[static_cast<size_t>(row)] == unit) largest = std::max(largest, Amount(rows, row));
+    if (units_[row] == unit) largest = std::max(largest, Amount(rows, row));
   }
   return largest;
 }

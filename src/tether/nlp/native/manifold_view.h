@@ -44,7 +44,7 @@ class ManifoldView {
 
   int num_coordinates() const { return 6 * num_nodes_; }
   int num_rows() const { return static_cast<int>(is_equality_.size()); }
-  bool is_equality(int row) const { return is_equality_[static_cast<size_t>(row)] != 0; }
+  bool is_equality(int row) const { return is_equality_[row] != 0; }
   const std::vector<Group>& groups() const { return groups_; }
   /// The slots that `curvature` fills.
   const std::vector<int>& curvature_slots() const { return curvature_slots_; }

@@ -34,8 +34,7 @@ TEST(EliminationPositionsTest, ATreeFillsNothing) {
   const std::vector<std::pair<int, int>> path{{0, 1}, {1, 2}, {2, 3}, {3, 4}};
   const std::vector<int> positions = EliminationPositions(5, path);
   std::vector<std::pair<int, int>> edges;
-  for (const auto& [i, j] : path)
-    edges.emplace_back(positions[static_cast<size_t>(i)], positions[static_cast<size_t>(j)]);
+  for (const auto& [i, j] : path) edges.emplace_back(positions[i], positions[j]);
   EXPECT_EQ(BlockCholesky(5, edges).num_slots(), 5 + 4);
 }
 
@@ -62,10 +61,8 @@ TEST(BlockCholeskyTest, SolvesLikeADenseFactorisation) {
       }
       dense += rows.transpose() * rows;
     }
-    for (int i = 0; i < count; ++i)
-      factor.blocks()[static_cast<size_t>(factor.Slot(i, i))] = dense.block<6, 6>(6 * i, 6 * i);
-    for (const auto& [i, j] : edges)
-      factor.blocks()[static_cast<size_t>(factor.Slot(i, j))] = dense.block<6, 6>(6 * i, 6 * j);
+    for (int i = 0; i < count; ++i) factor.blocks()[factor.Slot(i, i)] = dense.block<6, 6>(6 * i, 6 * i);
+    for (const auto& [i, j] : edges) factor.blocks()[factor.Slot(i, j)] = dense.block<6, 6>(6 * i, 6 * j);
     VectorXd b(6 * count);
     for (int k = 0; k < b.size(); ++k) b[k] = random.Normal();
     VectorXd x = b;

@@ -37,7 +37,7 @@ class StayNear final : public nlp::Residual {
 
   void Evaluate(const nlp::Point& x, nlp::VectorRef r, nlp::JacobianRef* J) const override {
     const double weight = std::sqrt(kStay);
-    r = weight * (x.vectors[static_cast<size_t>(blocks()[0].index)] - rest_);
+    r = weight * (x.vectors[blocks()[0].index] - rest_);
     if (J == nullptr) return;
     J->setZero();
     J->diagonal().array() = weight;
@@ -57,8 +57,7 @@ class StayClose final : public nlp::Residual {
         most_(most) {}
 
   void Evaluate(const nlp::Point& x, nlp::VectorRef r, nlp::JacobianRef* J) const override {
-    const Eigen::VectorXd &a = x.vectors[static_cast<size_t>(blocks()[0].index)],
-                          &b = x.vectors[static_cast<size_t>(blocks()[1].index)];
+    const Eigen::VectorXd &a = x.vectors[blocks()[0].index], &b = x.vectors[blocks()[1].index];
     for (int i = 0; i < dof_; ++i) {
       r[2 * i] = a[i] - b[i] - most_;
       r[2 * i + 1] = b[i] - a[i] - most_;

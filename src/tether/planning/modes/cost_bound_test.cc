@@ -92,8 +92,7 @@ TEST(PlannerTest, WhatCanNotBeAmongTheBestIsPruned) {
     EXPECT_GE(pruned, 1);
     problem.search.max_plans = 2;
     const PlanReport two = PlanTask(problem, *CarryTask());
-    EXPECT_EQ(two.candidates[static_cast<size_t>(two.BestFirst()[1])].plan.cost,
-              all.candidates[static_cast<size_t>(all.BestFirst()[1])].plan.cost);
+    EXPECT_EQ(two.candidates[two.BestFirst()[1]].plan.cost, all.candidates[all.BestFirst()[1]].plan.cost);
   }
 }
 

@@ -6,12 +6,19 @@
 #include <vector>
 
 #include "tether/common/text.h"
+#include "tether/geometry/distance/bounds.h"
 #include "tether/scene/region.h"
 #include "tether/scene/resting_contact.h"
 #include "tether/symbolic/pddl/expression.h"
 
 namespace tether::planning {
 namespace {
+
+// A name that no frame of a scenario has: names there have no dots.
+constexpr const char* kSpot = ".spot";
+
+std::string SpotOf(const std::string& item) { return item + kSpot; }
+bool IsSpot(const std::string& region) { return region.ends_with(kSpot); }
 
 /// Finds the layout of a scene, and its mistakes.
 class LayoutFinder {
@@ -24,9 +31,19 @@ class LayoutFinder {
         diagnostics_(diagnostics),
         X_WO_(scene::InitialPoses(scene)) {}
 
+  /// In the middle of a run: of a scene with spots.
+  RegionLayout Find(const RegionState& state) {
+    running_ = &state;
+    RegionLayout layout = Find();
+    const auto is_at = [&](const RegionLayout::Place& place) { return place.name == state.at; };
+    if (std::any_of(layout.regions.begin(), layout.regions.end(), is_at)) layout.at = state.at;
+    return layout;
+  }
+
   RegionLayout Find() {
     for (const scene::Region& region : scene_.regions) {
       Declare(region.name);
+      if (IsSpot(region.name)) continue;
       if (!region.hub) {
         layout_.regions.push_back({region.name, region.capacity});
       } else if (layout_.hub.empty()) {
@@ -70,7 +87,20 @@ class LayoutFinder {
     for (const scene::Object& object : scene_.objects) {
       if (!object.movable()) continue;
       Declare(object.name);
+      if (running_ != nullptr && object.name == running_->held) {
+        layout_.items.push_back({object.name, ""});
+        continue;
+      }
+      if (running_ != nullptr && std::count(running_->unseen.begin(), running_->unseen.end(), object.name)) {
+        layout_.items.push_back({object.name, "", {}, true});
+        continue;
+      }
       const std::vector<const scene::Region*> in = scene::FindRegionsOf(scene_, X_WO_, object);
+      if (in.empty() && running_ != nullptr) {
+        layout_.items.push_back({object.name, SpotOf(object.name)});
+        layout_.regions.push_back({SpotOf(object.name), 1, true});
+        continue;
+      }
       if (in.empty()) {
         diagnostics_.Add(PlaceOf(object.name),
                          "object '" + object.name + "' is in no region" + Nearest(object),
@@ -84,10 +114,11 @@ class LayoutFinder {
       }
       layout_.items.push_back(std::move(item));
     }
+    if (running_ != nullptr) return;
     for (const scene::Region& region : scene_.regions) {
       const std::vector<std::string>& objects = held[region.name];
       if (region.capacity == 0 || static_cast<int>(objects.size()) <= region.capacity) continue;
-      diagnostics_.Add(PlaceOf(objects[static_cast<size_t>(region.capacity)]),
+      diagnostics_.Add(PlaceOf(objects[region.capacity]),
                        "region '" + region.name + "' holds " + std::to_string(objects.size()) + " objects, " +
                            JoinAnd(objects) + ", but has a capacity of " + std::to_string(region.capacity),
                        "no more objects than fit");
@@ -148,6 +179,8 @@ class LayoutFinder {
   const Location& task_;
   Diagnostics& diagnostics_;
   const std::map<std::string, math::Pose> X_WO_;
+  const RegionState* running_ =
+      nullptr;  ///< Null: the layout is that of a scenario, which must be as it says.
   std::map<std::string, std::string> declared_;
   RegionLayout layout_;
 };
@@ -160,10 +193,10 @@ class ProblemWriter {
  public:
   explicit ProblemWriter(const RegionLayout& layout) : layout_(layout) {
     Declare(layout.hub, "hub");
-    init_ += " (at " + layout.hub + ")";
+    init_ += " (at " + (layout.at.empty() ? layout.hub : layout.at) + ")";
     int most = 0;
     for (const RegionLayout::Place& region : layout.regions) {
-      Declare(region.name, "region");
+      if (!region.closed) Declare(region.name, "region");
       if (region.capacity > 0) init_ += " (limited " + region.name + ")";
       most = std::max(most, region.capacity);
     }
@@ -174,6 +207,10 @@ class ProblemWriter {
     std::map<std::string, int> held;
     for (const RegionLayout::Item& item : layout.items) {
       Declare(item.name, "item");
+      if (item.region.empty()) {
+        if (!item.unseen) holds_ = item.name;
+        continue;
+      }
       std::vector<std::string> in{item.region};
       in.insert(in.end(), item.others.begin(), item.others.end());
       for (const std::string& region : in) {
@@ -196,8 +233,12 @@ class ProblemWriter {
       if (n > 0) init_ += " (next " + Numbered("n", n - 1) + " " + Numbered("n", n) + ")";
       if (n == 1) init_ += " (last " + Numbered("n", n) + ")";
     }
+    // At the end, so that all others have the same numbers with and without spots.
     for (const RegionLayout::Place& region : layout.regions) {
-      const int left = region.capacity - held[region.name];
+      if (region.closed) Declare(region.name, "region");
+    }
+    for (const RegionLayout::Place& region : layout.regions) {
+      const int left = region.closed ? 0 : std::max(0, region.capacity - held[region.name]);
       if (left > 0) init_ += " (free " + region.name + ")";
       if (region.capacity > 1) init_ += " (room " + region.name + " " + Numbered("n", left) + ")";
     }
@@ -206,13 +247,14 @@ class ProblemWriter {
   void Declare(const std::string& name, const std::string& type) { objects_ += " " + name + " - " + type; }
   void Add(const std::string& fact) { init_ += " " + fact; }
   std::string Text(const std::string& domain) const {
-    return "(define (problem scene) (:domain " + domain + ")\n(:objects" + objects_ +
-           ")\n(:init (handempty)" + init_ + ")\n(:goal (and)))\n";
+    return "(define (problem scene) (:domain " + domain + ")\n(:objects" + objects_ + ")\n(:init " +
+           (holds_.empty() ? "(handempty)" : "(inhand " + holds_ + ")") + init_ + ")\n(:goal (and)))\n";
   }
 
  private:
   const RegionLayout& layout_;
   std::string objects_, init_;
+  std::string holds_;  ///< The item in the hand; empty: none.
 };
 
 }  // namespace
@@ -363,6 +405,17 @@ RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, L
   return LayoutFinder(scene, where, task, diagnostics).Find();
 }
 
+namespace {
+
+std::shared_ptr<const symbolic::Problem> ParseLayout(const RegionLayout& layout) {
+  return symbolic::ParseProblem(
+      RegionProblemText(layout), "the scene's regions",
+      symbolic::ParseDomain(layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
+                            "the domain of regions"));
+}
+
+}  // namespace
+
 std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
                                                            const std::map<std::string, Location>& where,
                                                            const Location& task, Diagnostics& diagnostics) {
@@ -370,11 +423,35 @@ std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& s
   const RegionLayout layout = FindLayout(scene, where, task, mistakes);
   for (const Diagnostic& mistake : mistakes.list())
     diagnostics.Add(mistake.where, mistake.message, mistake.accepted);
-  if (!mistakes.empty()) return nullptr;
-  return symbolic::ParseProblem(
-      RegionProblemText(layout), "the scene's regions",
-      symbolic::ParseDomain(layout.overlaps() ? OverlappingDomainText() : RegionDomainText(),
-                            "the domain of regions"));
+  return mistakes.empty() ? ParseLayout(layout) : nullptr;
+}
+
+std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
+                                                           const RegionState& state) {
+  Diagnostics mistakes;
+  const RegionLayout layout = LayoutFinder(scene, {}, {}, mistakes).Find(state);
+  mistakes.ThrowIfAny();
+  return ParseLayout(layout);
+}
+
+scene::Scene WithSpots(const scene::Scene& scene) {
+  scene::Scene with = scene;
+  const std::map<std::string, math::Pose> X_WO = scene::InitialPoses(scene);
+  for (const scene::Object& object : scene.objects) {
+    if (!object.movable()) continue;
+    const math::Pose& X = X_WO.at(object.name);
+    scene::Region spot;
+    spot.name = SpotOf(object.name);
+    // So small that nothing is ever in it.
+    spot.form = scene::Disc{1e-3};
+    spot.parent = object.name;
+    spot.X_ParentRegion.R = X.R.transpose();
+    const double lowest = geometry::BoundingBox(object.shape, X).lower.z();
+    spot.X_ParentRegion.p = X.R.transpose() * Eigen::Vector3d(0, 0, lowest - X.p.z());
+    spot.capacity = 1;
+    with.regions.push_back(std::move(spot));
+  }
+  return with;
 }
 
 }  // namespace tether::planning

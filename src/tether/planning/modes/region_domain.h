@@ -16,14 +16,18 @@ namespace tether::planning {
 struct RegionLayout {
   struct Place {
     std::string name;
-    int capacity = 0;  ///< Objects that fit; 0: no limit.
+    int capacity = 0;     ///< Objects that fit; 0: no limit.
+    bool closed = false;  ///< Nothing may be placed there: a spot.
   };
   struct Item {
     std::string name;
-    std::string region;  ///< Where it is at the start: where it is grasped, if it is in several.
+    std::string region;  ///< Where it is at the start: where it is grasped, if it is in several; empty: in
+                         ///< the hand.
     std::vector<std::string> others = {};  ///< The other regions that it is in then.
+    bool unseen = false;                   ///< In no region, and nobody knows where.
   };
-  std::string hub;  ///< Where the hand is at the start; it connects all regions.
+  std::string hub;      ///< It connects all regions.
+  std::string at = {};  ///< Where the hand is at the start; empty: at the hub.
   std::vector<Place> regions;
   std::vector<Item> items;
   std::map<std::string, std::vector<std::string>> groups;
@@ -61,6 +65,22 @@ std::string PoseProblemText(const RegionLayout& layout, int poses);
 /// only one; the layout is then invalid.
 RegionLayout FindLayout(const scene::Scene& scene, const std::map<std::string, Location>& where,
                         const Location& task, Diagnostics& diagnostics);
+
+/// A region beneath each movable object, which goes along with it: where it is when it is in no other. A
+/// scene that has them can be planned for and run whatever is moved where.
+scene::Scene WithSpots(const scene::Scene& scene);
+
+/// What is so of a scene with spots while it runs, besides where its objects are.
+struct RegionState {
+  std::string at;                   ///< The region above which the hand is, or the hub.
+  std::string held;                 ///< The item in the hand; empty: none.
+  std::vector<std::string> unseen;  ///< Items of which nobody knows where they are.
+};
+
+/// The problem of a scene with spots in the middle of a run. An item in no region is at its spot; a region
+/// may hold more than its capacity, then nothing more fits.
+std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,
+                                                           const RegionState& state);
 
 /// The problem of a scene with regions and without PDDL; null after mistakes, which go to `diagnostics`.
 std::shared_ptr<const symbolic::Problem> MakeRegionProblem(const scene::Scene& scene,

@@ -99,6 +99,8 @@ class CandidateRun {
   std::shared_ptr<Optimum> optimum() const { return optimum_; }
   /// After Run(), where nothing was accepted: the steps whose constraints conflict.
   const std::set<int>& blocking_steps() const { return blocking_steps_; }
+  /// After Run(), where nothing was accepted: movable objects that there is no room beside.
+  const std::vector<FrameId>& obstructions() const { return obstructions_; }
 
  private:
   void Search() {
@@ -348,15 +350,18 @@ class CandidateRun {
 
   /// What there is no room beside, from the conflicting constraints; the worst violation may be of another
   /// one, since the optimiser spreads it: "; no room for the hand beside can and box".
-  static std::string LackOfRoom(const std::vector<std::string>& blocking) {
+  std::string LackOfRoom(const std::vector<std::string>& blocking) {
     const std::string word = "clearance(";
     std::string of, beside;
+    obstructions_.clear();
     for (const std::string& text : blocking) {
       const size_t begin = text.find(word), comma = text.find(", ", begin), end = text.find(')', comma);
       if (begin == std::string::npos || comma == std::string::npos || end == std::string::npos) continue;
       const std::string moved = text.substr(begin + word.size(), comma - begin - word.size());
       const std::string other = text.substr(comma + 2, end - comma - 2);
       if (of.empty()) of = moved;
+      const scene::Object* object = problem_.scene.FindObject(other);
+      if (object != nullptr && object->movable()) obstructions_.push_back(facts_.frames().Find(other));
       if (moved != of || beside.find(other) != std::string::npos) continue;
       beside += (beside.empty() ? "" : " and ") + other;
     }
@@ -407,7 +412,26 @@ class CandidateRun {
   size_t refuted_actions_ = 0;
   bool refuted_anywhere_ = false, proved_ = false, constant_proof_ = false;
   std::vector<FrameId> unmoved_;
+  std::vector<FrameId> obstructions_;
 };
+
+/// The objects that must be moved so that the last of the failing actions may succeed, if those before it
+/// have to do with neither them nor it: then the same holds whatever else comes before.
+std::vector<FrameId> FindObstructions(const SceneFacts& facts, const std::vector<std::string>& actions,
+                                      const std::vector<BoundStep>& steps, const CandidateRun& run,
+                                      size_t failing) {
+  if (failing == 0) return {};
+  std::vector<FrameId> involved = run.obstructions();
+  for (const std::string& argument : ParseActionCall(actions[failing - 1]).arguments)
+    involved.push_back(facts.frames().Find(argument));
+  for (const BoundStep& step : steps) {
+    const FrameId moved = step.control;
+    if (step.action_index + 1 < static_cast<int>(failing) &&
+        std::find(involved.begin(), involved.end(), moved) != involved.end())
+      return {};
+  }
+  return run.obstructions();
+}
 
 /// The length of the shortest failing prefix of a candidate that was given up: up to an action among the
 /// conflicting constraints, if that prefix fails by itself too; else all actions.
@@ -439,6 +463,8 @@ Verdict OptimizeCandidate(const SceneFacts& facts, const Skeleton& skeleton, int
   verdict.unmoved = run.unmoved();
   if (verdict.report.status == CandidateStatus::kGaveUp && verdict.failing_actions == 0 && !limits.Over())
     verdict.failing_actions = FindFailingActions(facts, skeleton.actions, skeleton.steps, run, index, limits);
+  if (verdict.report.status == CandidateStatus::kGaveUp && verdict.unmoved.empty())
+    verdict.unmoved = FindObstructions(facts, skeleton.actions, skeleton.steps, run, verdict.failing_actions);
   verdict.report.optimize_s = limits.Elapsed() - begin;
   return verdict;
 }

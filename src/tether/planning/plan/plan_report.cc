@@ -17,7 +17,7 @@ Value Names(const std::vector<std::string>& words) {
 Value WritePlanReport(const PlanReport& report, const std::string& scenario, uint64_t seed) {
   Value plans = Value::Array();
   for (int i : report.BestFirst()) {
-    const CandidateReport& candidate = report.candidates[static_cast<size_t>(i)];
+    const CandidateReport& candidate = report.candidates[i];
     Value steps = Value::Array();
     for (const PlanStep& step : candidate.plan.steps) steps.Append(WriteStep(step, false));
     Value plan = Value::Object();

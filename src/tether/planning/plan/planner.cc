@@ -81,16 +81,16 @@ class Planner {
   bool RejectsBest() {
     const std::vector<int> order = report_.BestFirst();
     if (!problem_.motion || order.empty()) return false;
-    CandidateReport& best = report_.candidates[static_cast<size_t>(order.front())];
+    CandidateReport& best = report_.candidates[order.front()];
     if (!best.feasible()) return false;
     const double begin = limits_.Elapsed();
     const MotionOutcome outcome = PlanMotions(problem_, limits_, &best.plan);
     report_.motion_s += limits_.Elapsed() - begin;
     without_motion_ = outcome.reached;
     if (outcome.found || outcome.reached) return false;
-    const PlanStep& step = best.plan.steps[static_cast<size_t>(outcome.step)];
+    const PlanStep& step = best.plan.steps[outcome.step];
     best.status = CandidateStatus::kGaveUp;
-    const std::vector<ActionId> actions = sequences_[static_cast<size_t>(order.front())];
+    const std::vector<ActionId> actions = sequences_[order.front()];
     Verdict verdict;
     verdict.report.reason = best.reason = step.action + ": " + outcome.reason;
     verdict.failing_actions = static_cast<size_t>(step.action_index) + 1;
@@ -332,7 +332,8 @@ class Planner {
     conflict.anywhere = verdict.failing_anywhere;
     if (!verdict.unmoved.empty()) {
       conflict.unless = ActionsThatMove(verdict.unmoved);
-      conflict.anywhere = conflict.unless.empty();
+      conflict.anywhere = verdict.failing_anywhere ||
+                          (conflict.unless.empty() && conflict.kind == task::Conflict::Kind::kProved);
     }
     conflict.constraints = verdict.report.blocking;
     conflict.reason = verdict.report.reason;

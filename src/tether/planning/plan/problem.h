@@ -78,9 +78,10 @@ struct SearchOptions {
   /// the k-th was the last that improved the wanted plans; not before these are found.
   int min_candidates = 16;
   double patience = 2;
-  int max_candidates = 0;   ///< Planning gives up after so many without a plan; 0: no limit.
-  double time_limit_s = 0;  ///< Wall clock; 0: no limit.
-  size_t memory_limit = 0;  ///< Bytes that the process may occupy; 0: no limit.
+  std::vector<std::string> not_first;  ///< No plan begins with one of these actions.
+  int max_candidates = 0;              ///< Planning gives up after so many without a plan; 0: no limit.
+  double time_limit_s = 0;             ///< Wall clock; 0: no limit.
+  size_t memory_limit = 0;             ///< Bytes that the process may occupy; 0: no limit.
   /// The cost of key poses does not count: the cheapest feasible action sequence is best, and sequences are
   /// tried one by one.
   bool cheapest_only = false;

@@ -39,7 +39,7 @@ std::vector<int> PlanReport::BestFirst() const {
   std::vector<int> order(candidates.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int i, int j) {
-    const CandidateReport &a = candidates[static_cast<size_t>(i)], &b = candidates[static_cast<size_t>(j)];
+    const CandidateReport &a = candidates[i], &b = candidates[j];
     if (a.feasible() != b.feasible()) return a.feasible();
     return a.feasible() && a.plan.cost < b.plan.cost;
   });
@@ -49,7 +49,7 @@ std::vector<int> PlanReport::BestFirst() const {
 const CandidateReport* PlanReport::best() const {
   const std::vector<int> order = BestFirst();
   if (order.empty()) return nullptr;
-  const CandidateReport& first = candidates[static_cast<size_t>(order.front())];
+  const CandidateReport& first = candidates[order.front()];
   return first.feasible() ? &first : nullptr;
 }
 

@@ -63,9 +63,9 @@ scene::Scene HanoiScene(int blocks) {
 /// of each block.
 void MoveTower(int blocks, int to, std::vector<int>& at, std::vector<std::string>& actions) {
   if (blocks == 0) return;
-  const int block = blocks - 1, from = at[static_cast<size_t>(block)];
+  const int block = blocks - 1, from = at[block];
   MoveTower(block, 3 - from - to, at, actions);
-  at[static_cast<size_t>(block)] = to;
+  at[block] = to;
   std::string below = "plate_" + std::to_string(to);
   for (size_t larger = at.size() - 1; larger > static_cast<size_t>(block); --larger)
     if (at[larger] == to) below = "block_" + std::to_string(larger);
@@ -81,7 +81,7 @@ std::vector<std::string> Actions(int blocks) {
     return {"pick(hook)", "push(hook,box,table)", "place(hook,table)", "pick(box)", "place(box,shelf)"};
   }
   std::vector<std::string> actions;
-  std::vector<int> at(static_cast<size_t>(blocks), 2);
+  std::vector<int> at(blocks, 2);
   MoveTower(blocks, 1, at, actions);
   return actions;
 }

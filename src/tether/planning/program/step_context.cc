@@ -11,6 +11,8 @@ namespace {
 
 // An object whose face is within this of level stands on that face, rad.
 constexpr double kNearlyLevel = 0.15;
+// What the hand holds can be turned: it is put down on the face that is nearest to level, rad.
+constexpr double kHeldLevel = 1.0;
 // Of what is thinner, faces are looked at as those of any shape, m.
 constexpr double kThinnest = 1e-3;
 // The hand of a planner without a robot: two fingers of common size.
@@ -18,21 +20,26 @@ constexpr double kFingerRadius = 0.01;
 constexpr double kFingerLength = 0.06;
 constexpr double kFingerSpread = 0.1;
 
-Eigen::Vector3d FindDownFace(const geometry::Shape& shape, const math::Pose& X_WO) {
+Eigen::Vector3d FindDownFace(const geometry::Shape& shape, const math::Pose& X_WO, double level) {
   const Eigen::Vector3d down = X_WO.R.transpose() * -Eigen::Vector3d::UnitZ();
   // A box rests on each of its sides. Scenes have many, of which few are ever moved.
   if (const auto* box = std::get_if<geometry::Box>(&shape.parts.front().primitive);
       box != nullptr && !shape.is_compound() && box->size.minCoeff() > kThinnest) {
+    Eigen::Vector3d nearest = down;
+    double least = level;
     for (int axis = 0; axis < 3; ++axis) {
       for (const Eigen::Vector3d& normal : {Eigen::Vector3d(shape.parts.front().X_SP.R.col(axis)),
                                             Eigen::Vector3d(-shape.parts.front().X_SP.R.col(axis))}) {
-        if (std::acos(std::min(1.0, normal.dot(down))) < kNearlyLevel) return normal;
+        const double angle = std::acos(std::min(1.0, normal.dot(down)));
+        if (angle >= least) continue;
+        nearest = normal;
+        least = angle;
       }
     }
-    return down;
+    return nearest;
   }
   Eigen::Vector3d best = down;
-  double best_angle = kNearlyLevel;
+  double best_angle = level;
   for (const geometry::FlatFacet& face : geometry::RestingFaces(shape, geometry::CentreOfMass(shape))) {
     const double angle = std::acos(std::min(1.0, face.normal.dot(down)));
     if (angle < best_angle) {
@@ -63,7 +70,8 @@ SceneFacts::SceneFacts(const Problem& problem)
   hand_ = model != nullptr ? model->HandShape(model->gripper().max_opening) : DefaultHand();
   for (const ObjectId id : frames_->objects()) {
     const scene::Object& object = problem.scene.object(id);
-    down_.push_back(FindDownFace(object.shape, problem.scene.InitialPose(object.name)));
+    down_.push_back(FindDownFace(object.shape, problem.scene.InitialPose(object.name),
+                                 object.name == problem.robot.holds ? kHeldLevel : kNearlyLevel));
     solids_.push_back(scene::Frames::Of(id));
   }
   solids_.push_back(hand());

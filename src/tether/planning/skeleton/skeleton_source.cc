@@ -21,6 +21,12 @@ constexpr int kMoreActions = 3;
 SkeletonSource::SkeletonSource(const symbolic::Task& task, std::optional<task::TemporalGoal> goal,
                                const SearchOptions& options)
     : task_(task), goal_(std::move(goal)), options_(options) {
+  for (const std::string& name : options_.not_first) {
+    task::Conflict conflict;
+    conflict.prefix = {task_.FindAction(name)};
+    conflict.reason = "it could not be executed";
+    if (conflict.prefix[0].valid()) conflicts_.push_back(std::move(conflict));
+  }
   Restart();
 }
 

@@ -175,8 +175,7 @@ TEST(WithinReachTest, PredicatesComeFromTheArm) {
   const int near = scenario.problem->domain->FindPredicate("near");
   std::vector<std::string> names;
   for (const symbolic::Fact& fact : scenario.problem->init) {
-    if (fact.predicate == near)
-      names.push_back(scenario.problem->objects[static_cast<size_t>(fact.arguments[0])].name);
+    if (fact.predicate == near) names.push_back(scenario.problem->objects[fact.arguments[0]].name);
   }
   EXPECT_THAT(names, testing::UnorderedElementsAre("table", "hook", "shelf"));
 }

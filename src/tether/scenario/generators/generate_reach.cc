@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tether/math/infinity.h"
 #include "tether/scenario/generators/generate_draft.h"
 
 namespace tether::scenario {
@@ -138,7 +139,7 @@ double HoldRadius(const DraftObject& box, const DraftObject& hook) {
   // In the hook's frame, turned so that x points out of the side.
   const Eigen::Vector3d p_HeadHold(handle.X_SP.p.x() - 0.5 * rod.length + kHoldEnd - head_x,
                                    handle.X_SP.p.y(), 0);
-  double least = 1e300;
+  double least = math::kInfinity;
   for (int side = 0; side < 4; ++side) {
     const Eigen::Matrix3d R = math::RotationFromRpy({0, 0, box.yaw + 0.5 * kPi * side});
     const Eigen::Vector3d p_WHead = box.p_W + R.col(0) * (0.5 * size[side % 2] + rod.radius);

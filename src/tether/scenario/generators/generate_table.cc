@@ -78,7 +78,7 @@ Eigen::Vector3d BoxSize(const DraftObject& object) {
 template <typename T>
 void Shuffle(Random& random, std::vector<T>& values) {
   for (size_t i = values.size(); i > 1; --i) {
-    std::swap(values[i - 1], values[static_cast<size_t>(random.Index(static_cast<int>(i)))]);
+    std::swap(values[i - 1], values[random.Index(static_cast<int>(i))]);
   }
 }
 
@@ -167,7 +167,7 @@ void AddTrays(int trays, int capacity, SceneDraft& draft) {
   const std::vector<std::string> names = Numbered("tray", trays);
   for (int i = 0; i < trays; ++i) {
     DraftObject tray;
-    tray.name = names[static_cast<size_t>(i)];
+    tray.name = names[i];
     tray.shape = geometry::Shape(geometry::Box{size});
     const bool two = trays > 2 && (trays == 4 || i % 2 == 0);  // on this side
     const double step = size.x() + 0.04;
@@ -247,7 +247,7 @@ GeneratedScenario GenerateSort(int objects, int regions, uint64_t seed) {
   const std::vector<std::string> trays = Numbered("tray", regions);
   std::string init, goal;
   for (size_t i = 0; i < names.size(); ++i) {
-    const std::string& tray = trays[static_cast<size_t>(kinds[i])];
+    const std::string& tray = trays[kinds[i]];
     draft.objects[1 + trays.size() + i].colour = 2 + kinds[i];
     init += "\n    " + Fact("on", names[i], "bench") + " " + Fact("belongs", names[i], tray);
     goal += " " + Fact("on", names[i], tray);
@@ -376,7 +376,7 @@ GeneratedScenario GenerateClutter(int objects, uint64_t seed) {
   Random sizes = random.Split("sizes");
   std::vector<DraftObject> obstacles;
   for (int i = 0; i < objects; ++i) {
-    DraftObject obstacle = DrawBox(sizes, names[static_cast<size_t>(i)], 0.03, 0.07);
+    DraftObject obstacle = DrawBox(sizes, names[i], 0.03, 0.07);
     if (sizes.Uniform(0, 1) < 0.3) {
       const Eigen::Vector3d size = BoxSize(obstacle);
       const geometry::Cylinder can{OnGrid(0.5 * size.x(), 1e-4), size.z()};

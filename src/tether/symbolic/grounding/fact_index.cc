@@ -8,7 +8,7 @@ namespace tether::symbolic {
 namespace {
 
 int Value(const Term& term, const std::vector<int>& binding) {
-  return term.is_variable ? binding[static_cast<size_t>(term.index)] : term.index;
+  return term.is_variable ? binding[term.index] : term.index;
 }
 
 class VariableJoin {
@@ -66,7 +66,7 @@ class VariableJoin {
   bool Bind(int variable, int object) {
     const std::vector<int>& fit = *objects_[static_cast<size_t>(variable) - first_];
     if (!std::binary_search(fit.begin(), fit.end(), object)) return false;
-    binding_[static_cast<size_t>(variable)] = object;
+    binding_[variable] = object;
     trail_.push_back(variable);
     return std::none_of(tests_.begin(), tests_.end(),
                         [&](const Literal& test) { return Fails(test, variable); });
@@ -81,7 +81,7 @@ class VariableJoin {
   }
 
   void Undo(size_t mark) {
-    for (; trail_.size() > mark; trail_.pop_back()) binding_[static_cast<size_t>(trail_.back())] = -1;
+    for (; trail_.size() > mark; trail_.pop_back()) binding_[trail_.back()] = -1;
   }
 
   /// False if a visit ended the enumeration.
@@ -162,7 +162,7 @@ FactIndex::FactIndex(const Problem& problem, std::vector<bool> known) : known_(s
 
 void FactIndex::Add(const Atom& atom) {
   if (!IsKnown(atom.predicate)) return;
-  Relation& relation = relations_[static_cast<size_t>(atom.predicate)];
+  Relation& relation = relations_[atom.predicate];
   const int number = static_cast<int>(relation.facts.size());
   relation.facts.push_back(atom.arguments);
   relation.all.push_back(number);
@@ -170,7 +170,7 @@ void FactIndex::Add(const Atom& atom) {
 }
 
 const std::vector<int>& FactIndex::Candidates(const Formula& atom, const std::vector<int>& binding) const {
-  const Relation& relation = relations_[static_cast<size_t>(atom.predicate)];
+  const Relation& relation = relations_[atom.predicate];
   const std::vector<int>* fewest = &relation.all;
   for (size_t i = 0; i < atom.terms.size(); ++i) {
     const int object = Value(atom.terms[i], binding);

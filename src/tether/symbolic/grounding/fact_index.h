@@ -20,12 +20,10 @@ class FactIndex {
 
   /// The atom may hold from now on.
   void Add(const Atom& atom);
-  bool IsKnown(int predicate) const { return known_[static_cast<size_t>(predicate)]; }
+  bool IsKnown(int predicate) const { return known_[predicate]; }
   /// Those that may match an atom whose variables are bound where `binding` is not negative; some that do not
   /// match may be among them.
-  const std::vector<std::vector<int>>& facts(int predicate) const {
-    return relations_[static_cast<size_t>(predicate)].facts;
-  }
+  const std::vector<std::vector<int>>& facts(int predicate) const { return relations_[predicate].facts; }
   /// Indices in facts(predicate) of the atoms that may match `atom` under `binding` (negative: not bound).
   const std::vector<int>& Candidates(const Formula& atom, const std::vector<int>& binding) const;
 

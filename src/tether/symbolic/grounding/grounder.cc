@@ -44,7 +44,7 @@ std::set<int> FindChanged(const Domain& domain) {
 /// The facts of all other predicates.
 FactIndex MakeStaticFacts(const Problem& problem, const std::set<int>& changed) {
   std::vector<bool> known(problem.domain->predicates.size(), true);
-  for (int predicate : changed) known[static_cast<size_t>(predicate)] = false;
+  for (int predicate : changed) known[predicate] = false;
   FactIndex facts(problem, std::move(known));
   for (const Fact& fact : problem.init) facts.Add({fact.predicate, fact.arguments});
   return facts;
@@ -89,13 +89,13 @@ class Grounder {
         join_(*problem_, table_, instantiator_) {
     for (const Fact& fact : problem_->init) {
       const int number = Number({fact.predicate, fact.arguments});
-      if (initial_[static_cast<size_t>(number)]) continue;
-      initial_[static_cast<size_t>(number)] = true;
-      may_fail_[static_cast<size_t>(number)] = false;
+      if (initial_[number]) continue;
+      initial_[number] = true;
+      may_fail_[number] = false;
       if (changed_.count(fact.predicate)) {
         MayHold(number);
       } else {
-        may_hold_[static_cast<size_t>(number)] = true;
+        may_hold_[number] = true;
         join_.AddFact(number);
       }
     }
@@ -141,7 +141,7 @@ class Grounder {
   GroundFormula Provisional(const Atom& atom) {
     if (!changed_.count(atom.predicate)) {
       const int number = table_.Find(atom);
-      return GroundFormula::Constant(number >= 0 && initial_[static_cast<size_t>(number)]);
+      return GroundFormula::Constant(number >= 0 && initial_[number]);
     }
     return GroundFormula::Literal(Number(atom), true);
   }
@@ -157,14 +157,14 @@ class Grounder {
   }
 
   void MayHold(int atom) {
-    if (may_hold_[static_cast<size_t>(atom)]) return;
-    may_hold_[static_cast<size_t>(atom)] = true;
+    if (may_hold_[atom]) return;
+    may_hold_[atom] = true;
     queue_.push_back(atom);
   }
 
   void MayFail(int atom) {
-    if (may_fail_[static_cast<size_t>(atom)]) return;
-    may_fail_[static_cast<size_t>(atom)] = true;
+    if (may_fail_[atom]) return;
+    may_fail_[atom] = true;
     more_may_fail_ = true;
   }
 
@@ -262,7 +262,7 @@ class Grounder {
       case GroundFormula::Kind::kFalse:
         return false;
       case GroundFormula::Kind::kLiteral:
-        return (formula.positive ? may_hold_ : may_fail_)[static_cast<size_t>(formula.atom)];
+        return (formula.positive ? may_hold_ : may_fail_)[formula.atom];
       case GroundFormula::Kind::kAnd:
         return std::all_of(formula.children.begin(), formula.children.end(), may);
       case GroundFormula::Kind::kOr:
@@ -328,7 +328,7 @@ class Grounder {
   std::vector<int> Renumber(const std::vector<int>& atoms) const {
     std::vector<int> numbers;
     for (int atom : atoms) {
-      if (final_[static_cast<size_t>(atom)] >= 0) numbers.push_back(final_[static_cast<size_t>(atom)]);
+      if (final_[atom] >= 0) numbers.push_back(final_[atom]);
     }
     std::sort(numbers.begin(), numbers.end());
     numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -379,9 +379,8 @@ class Grounder {
 
   void AddAxiom(const Draft& draft, Task& task) const {
     const int head = draft.effects.front().adds.front();
-    const int atom = final_[static_cast<size_t>(head)];
-    const auto stratum =
-        static_cast<size_t>(domain_.strata[static_cast<size_t>(table_.atom(head).predicate)]);
+    const int atom = final_[head];
+    const auto stratum = static_cast<size_t>(domain_.strata[table_.atom(head).predicate]);
     if (task.axioms_.size() < stratum) task.axioms_.resize(stratum);
     task.axioms_[stratum - 1].push_back({atom, Condition(Renumber(draft.precondition))});
     task.derived_.resize(task.initial_state_.size(), 0);
@@ -395,7 +394,7 @@ class Grounder {
     int64_t unit = 0;
     for (GroundAction& action : task.actions_) {
       action.cost = 0;
-      for (const CostTerm& term : domain_.actions[static_cast<size_t>(action.schema)].cost) {
+      for (const CostTerm& term : domain_.actions[action.schema].cost) {
         action.cost += term.function < 0 ? term.millionths : ValueOf(term, action, missing);
       }
       unit = std::gcd(unit, action.cost);
@@ -410,8 +409,8 @@ class Grounder {
     const Atom call = Instantiator::Bind(term.function, term.terms, action.arguments);
     const auto it = values_.find(call);
     if (it != values_.end()) return it->second;
-    std::string text = "(" + domain_.functions[static_cast<size_t>(term.function)].name;
-    for (int argument : call.arguments) text += " " + problem_->objects[static_cast<size_t>(argument)].name;
+    std::string text = "(" + domain_.functions[term.function].name;
+    for (int argument : call.arguments) text += " " + problem_->objects[argument].name;
     if (missing.list().size() < 10) {
       missing.Add(term.where, "the cost of " + action.name + " needs the value of " + text + ")",
                   "give it in ':init': (= " + text + ") number)");
@@ -423,9 +422,9 @@ class Grounder {
     GroundAction action;
     action.schema = draft.schema;
     action.arguments = draft.arguments;
-    action.name = domain_.actions[static_cast<size_t>(draft.schema)].name + "(";
+    action.name = domain_.actions[draft.schema].name + "(";
     for (size_t i = 0; i < draft.arguments.size(); ++i) {
-      action.name += (i > 0 ? "," : "") + problem_->objects[static_cast<size_t>(draft.arguments[i])].name;
+      action.name += (i > 0 ? "," : "") + problem_->objects[draft.arguments[i]].name;
     }
     action.name += ")";
     action.precondition = Condition(Renumber(draft.precondition));

@@ -36,7 +36,7 @@ Atom Instantiator::Bind(int predicate, const std::vector<Term>& terms, const std
   Atom atom{predicate, {}};
   atom.arguments.reserve(terms.size());
   for (const Term& term : terms) {
-    atom.arguments.push_back(term.is_variable ? binding[static_cast<size_t>(term.index)] : term.index);
+    atom.arguments.push_back(term.is_variable ? binding[term.index] : term.index);
   }
   return atom;
 }

@@ -42,10 +42,10 @@ Join::Join(const Problem& problem, const AtomTable& table, Instantiator& instant
 
 void Join::AddFact(int number) {
   const Atom& atom = table_.atom(number);
-  Relation& relation = relations_[static_cast<size_t>(atom.predicate)];
+  Relation& relation = relations_[atom.predicate];
   relation.facts.push_back(number);
   for (size_t i = 0; i < atom.arguments.size(); ++i) {
-    relation.by_argument[i][static_cast<size_t>(atom.arguments[i])].push_back(number);
+    relation.by_argument[i][atom.arguments[i]].push_back(number);
   }
 }
 
@@ -73,18 +73,18 @@ void Join::Match(const JoinRule& rule, int trigger, int number, const Visit& vis
   }
   trigger_ = trigger;
   trigger_fact_ = number;
-  used_[static_cast<size_t>(trigger)] = true;
-  if (Unify(rule, rule.patterns[static_cast<size_t>(trigger)], table_.atom(number))) Extend(rule, visit);
+  used_[trigger] = true;
+  if (Unify(rule, rule.patterns[trigger], table_.atom(number))) Extend(rule, visit);
 }
 
 const std::vector<int>& Join::Candidates(const JoinRule::Pattern& pattern) const {
-  const Relation& relation = relations_[static_cast<size_t>(pattern.predicate)];
+  const Relation& relation = relations_[pattern.predicate];
   const std::vector<int>* fewest = &relation.facts;
   for (size_t i = 0; i < pattern.terms.size(); ++i) {
     const Term& term = pattern.terms[i];
-    const int object = term.is_variable ? binding_[static_cast<size_t>(term.index)] : term.index;
+    const int object = term.is_variable ? binding_[term.index] : term.index;
     if (object < 0) continue;
-    const std::vector<int>& facts = relation.by_argument[i][static_cast<size_t>(object)];
+    const std::vector<int>& facts = relation.by_argument[i][object];
     if (facts.size() < fewest->size()) fewest = &facts;
   }
   return *fewest;
@@ -102,14 +102,14 @@ void Join::Extend(const JoinRule& rule, const Visit& visit) {
   }
   const size_t mark = trail_.size();
   if (best >= 0) {
-    used_[static_cast<size_t>(best)] = true;
+    used_[best] = true;
     for (int fact : *fewest) {
       instantiator_.CountStep();
       if (best < trigger_ && fact == trigger_fact_) continue;
-      if (Unify(rule, rule.patterns[static_cast<size_t>(best)], table_.atom(fact))) Extend(rule, visit);
+      if (Unify(rule, rule.patterns[best], table_.atom(fact))) Extend(rule, visit);
       Undo(rule, mark);
     }
-    used_[static_cast<size_t>(best)] = false;
+    used_[best] = false;
     return;
   }
   const auto open = std::find(binding_.begin(), binding_.end(), -1);
@@ -129,7 +129,7 @@ void Join::Extend(const JoinRule& rule, const Visit& visit) {
 bool Join::Unify(const JoinRule& rule, const JoinRule::Pattern& pattern, const Atom& fact) {
   for (size_t i = 0; i < pattern.terms.size(); ++i) {
     const Term& term = pattern.terms[i];
-    const int bound = term.is_variable ? binding_[static_cast<size_t>(term.index)] : term.index;
+    const int bound = term.is_variable ? binding_[term.index] : term.index;
     if (bound >= 0) {
       if (bound != fact.arguments[i]) return false;
     } else if (!Bind(rule, term.index, fact.arguments[i])) {
@@ -140,16 +140,14 @@ bool Join::Unify(const JoinRule& rule, const JoinRule::Pattern& pattern, const A
 }
 
 bool Join::Bind(const JoinRule& rule, int variable, int object) {
-  const std::vector<int>& types = (*rule.parameters)[static_cast<size_t>(variable)].types;
-  bool fits = std::any_of(types.begin(), types.end(), [&](int type) {
-    return of_type_[static_cast<size_t>(type)][static_cast<size_t>(object)];
-  });
+  const std::vector<int>& types = (*rule.parameters)[variable].types;
+  bool fits = std::any_of(types.begin(), types.end(), [&](int type) { return of_type_[type][object]; });
   // An object of an `either` type fits where all of its types do.
   if (!fits && types.size() > 1) {
-    fits = problem_.domain->Fits(problem_.objects[static_cast<size_t>(object)].types, types);
+    fits = problem_.domain->Fits(problem_.objects[object].types, types);
   }
   if (!fits) return false;
-  binding_[static_cast<size_t>(variable)] = object;
+  binding_[variable] = object;
   trail_.push_back(variable);
   bool good = true;
   for (size_t i = 0; i < rule.tests.size(); ++i) {
@@ -166,7 +164,7 @@ void Join::Undo(const JoinRule& rule, size_t mark) {
   while (trail_.size() > mark) {
     const int variable = trail_.back();
     trail_.pop_back();
-    binding_[static_cast<size_t>(variable)] = -1;
+    binding_[variable] = -1;
     for (size_t i = 0; i < rule.tests.size(); ++i) {
       const std::vector<int>& variables = rule.tests[i].variables;
       if (std::find(variables.begin(), variables.end(), variable) != variables.end()) ++waits_[i];

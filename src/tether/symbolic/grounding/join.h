@@ -22,7 +22,7 @@ class AtomTable {
   /// -1 if it was never met.
   int Find(const Atom& atom) const;
   int size() const { return static_cast<int>(numbers_.size()); }
-  const Atom& atom(int number) const { return *atoms_[static_cast<size_t>(number)]; }
+  const Atom& atom(int number) const { return *atoms_[number]; }
 
  private:
   std::unordered_map<Atom, int, AtomHash> numbers_;

@@ -123,8 +123,8 @@ class MutexFinder {
       if (permutations_.size() > left_) return false;
       left_ -= permutations_.size();
       for (const AtomPermutation& permutation : permutations_) {
-        const int c = 2 * permutation[static_cast<size_t>(a / 2)] + a % 2;
-        const int d = 2 * permutation[static_cast<size_t>(b / 2)] + b % 2;
+        const int c = 2 * permutation[a / 2] + a % 2;
+        const int d = 2 * permutation[b / 2] + b % 2;
         if (mutexes_.AreMutex(c, d)) note(c, d);
       }
     }
@@ -241,7 +241,7 @@ bool IsInhabited(const Task& task, const std::vector<int>& atoms,
       return false;
     for (const AtomPermutation& permutation : permutations) {
       std::vector<int> image = one;
-      for (int& atom : image) atom = permutation[static_cast<size_t>(atom)];
+      for (int& atom : image) atom = permutation[atom];
       std::sort(image.begin(), image.end());
       if (seen.insert(image).second) images.push_back(std::move(image));
     }
@@ -283,7 +283,7 @@ std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
   };
   for (int seed = 0; seed < atoms; ++seed) {
     if (task.IsDerived(seed)) continue;
-    const Atom& start = task.atoms()[static_cast<size_t>(seed)];
+    const Atom& start = task.atoms()[seed];
     std::vector<int> candidates;
     for (int atom = 0; atom < atoms; ++atom) {
       if (atom != seed && !task.IsDerived(atom) && mutexes.AreMutex(Literal(seed, true), Literal(atom, true)))
@@ -292,7 +292,7 @@ std::vector<Variable> FindVariables(const Task& task, const Mutexes& mutexes,
     // First the atoms about one of its arguments: where this object is, what is in this place.
     for (size_t k = 0; k == 0 || k < start.arguments.size(); ++k) {
       const auto rank = [&](int index) {
-        const Atom& atom = task.atoms()[static_cast<size_t>(index)];
+        const Atom& atom = task.atoms()[index];
         const bool alike = atom.predicate == start.predicate;
         if (start.arguments.empty()) return alike ? 0 : 1;
         const int object = start.arguments[k];

@@ -82,7 +82,7 @@ std::vector<std::string> Text(const Task& task, const std::vector<Variable>& var
   std::vector<std::string> texts;
   for (const Variable& variable : variables) {
     std::string text = variable.exactly_one ? "one of" : "at most one of";
-    for (int atom : variable.atoms) text += " " + task.AtomName(task.atoms()[static_cast<size_t>(atom)]);
+    for (int atom : variable.atoms) text += " " + task.AtomName(task.atoms()[atom]);
     texts.push_back(text);
   }
   return texts;

@@ -26,7 +26,7 @@ class RelevanceFinder {
   }
 
  private:
-  static bool Asked(const std::vector<bool>& asked, int atom) { return asked[static_cast<size_t>(atom)]; }
+  static bool Asked(const std::vector<bool>& asked, int atom) { return asked[atom]; }
   static bool AnyAsked(const std::vector<bool>& asked, const std::vector<int>& atoms) {
     return std::any_of(atoms.begin(), atoms.end(), [&](int atom) { return Asked(asked, atom); });
   }
@@ -34,8 +34,7 @@ class RelevanceFinder {
   /// `formula` is asked to hold, or to fail.
   void Ask(const GroundFormula& formula, bool holds) {
     if (formula.kind == GroundFormula::Kind::kLiteral) {
-      std::vector<bool>::reference asked =
-          (formula.positive == holds ? true_ : false_)[static_cast<size_t>(formula.atom)];
+      std::vector<bool>::reference asked = (formula.positive == holds ? true_ : false_)[formula.atom];
       changed_ = changed_ || !asked;
       asked = true;
     }
@@ -61,8 +60,7 @@ class RelevanceFinder {
 
   GroundFormula Renumber(const GroundFormula& formula) const {
     GroundFormula renumbered = formula;
-    if (formula.kind == GroundFormula::Kind::kLiteral)
-      renumbered.atom = number_[static_cast<size_t>(formula.atom)];
+    if (formula.kind == GroundFormula::Kind::kLiteral) renumbered.atom = number_[formula.atom];
     for (GroundFormula& child : renumbered.children) child = Renumber(child);
     return renumbered;
   }
@@ -70,7 +68,7 @@ class RelevanceFinder {
   std::vector<int> Renumber(const std::vector<int>& atoms) const {
     std::vector<int> kept;
     for (int atom : atoms) {
-      if (number_[static_cast<size_t>(atom)] >= 0) kept.push_back(number_[static_cast<size_t>(atom)]);
+      if (number_[atom] >= 0) kept.push_back(number_[atom]);
     }
     return kept;
   }
@@ -109,7 +107,7 @@ class RelevanceFinder {
     for (const std::vector<GroundAxiom>& stratum : task_.axioms()) {
       task->axioms_.emplace_back();
       for (const GroundAxiom& axiom : stratum) {
-        const int atom = number_[static_cast<size_t>(axiom.atom)];
+        const int atom = number_[axiom.atom];
         if (atom < 0) continue;
         task->axioms_.back().push_back({atom, Condition(Renumber(axiom.body.formula()))});
         task->derived_.resize(task->initial_state_.size(), 0);

@@ -91,7 +91,7 @@ void Task::IndexActions() {
   // Actions are filed under the rarest of the atoms that they need.
   std::vector<int> users(atoms_.size(), 0);
   for (const GroundAction& action : actions_) {
-    for_each_needed(action.precondition, [&](int atom) { ++users[static_cast<size_t>(atom)]; });
+    for_each_needed(action.precondition, [&](int atom) { ++users[atom]; });
   }
   IndexedVector<ActionId, size_t> list(actions_.size(), atoms_.size());
   first_watcher_.assign(atoms_.size() + 2, 0);
@@ -147,10 +147,10 @@ Condition Task::Compile(const Formula& formula, const Limits& limits) const {
 }
 
 std::string Task::AtomName(const Atom& atom) const {
-  std::string name = domain().predicates[static_cast<size_t>(atom.predicate)].name + "(";
+  std::string name = domain().predicates[atom.predicate].name + "(";
   for (size_t i = 0; i < atom.arguments.size(); ++i) {
     if (i > 0) name += ",";
-    name += problem_->objects[static_cast<size_t>(atom.arguments[i])].name;
+    name += problem_->objects[atom.arguments[i]].name;
   }
   return name + ")";
 }

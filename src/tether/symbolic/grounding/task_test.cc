@@ -257,7 +257,7 @@ TEST(TaskTest, ExistsJoin_QuantifiedConditionsAreJoinedOverFacts) {
       const auto steps = naive::Steps(*small, facts);
       ASSERT_EQ(ApplicableNames(*grounded, state).size(), steps.size());
       ASSERT_EQ(grounded->IsGoal(state), naive::Holds(*small, small->goal, facts, {}));
-      const naive::Step& next = steps[static_cast<size_t>(random.Index(static_cast<int>(steps.size())))];
+      const naive::Step& next = steps[random.Index(static_cast<int>(steps.size()))];
       state = grounded->Apply(grounded->FindAction(next.name), state);
       facts = next.after;
     }

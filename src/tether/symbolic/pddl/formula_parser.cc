@@ -138,8 +138,7 @@ bool FormulaParser::HasItems(const Expression& expression, size_t count, const c
 }
 
 const std::vector<int>& FormulaParser::TypesOf(const Term& term) const {
-  return term.is_variable ? scope_[static_cast<size_t>(term.index)].types
-                          : objects_[static_cast<size_t>(term.index)].types;
+  return term.is_variable ? scope_[term.index].types : objects_[term.index].types;
 }
 
 bool FormulaParser::ParseTerm(const Expression& expression, Term& term) {
@@ -191,7 +190,7 @@ Formula FormulaParser::ParseAtom(const Expression& expression) {
     return formula;
   }
   std::vector<Term> terms;
-  if (!ParseArguments(expression, domain_.predicates[static_cast<size_t>(index)], terms)) return formula;
+  if (!ParseArguments(expression, domain_.predicates[index], terms)) return formula;
   formula.kind = Formula::Kind::kAtom;
   formula.predicate = index;
   formula.terms = std::move(terms);
@@ -420,7 +419,7 @@ void FormulaParser::ParseCost(const Expression& expression) {
         "accepted: a number, (+ …), or a function: " + Suggest(head, NamesOf(domain_.functions)));
     return;
   }
-  const Function& function = domain_.functions[static_cast<size_t>(index)];
+  const Function& function = domain_.functions[index];
   if (!ParseArguments(expression, {function.name, function.parameters, function.where}, term.terms)) return;
   term.function = index;
   cost_->push_back(std::move(term));

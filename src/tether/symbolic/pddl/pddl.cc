@@ -292,10 +292,8 @@ void ParseInit(const Expression& section, const Domain& domain, Problem& problem
     const Formula formula = parser.ParseFormula(negated ? item.items[1] : item);
     if (formula.kind == Formula::Kind::kAtom) {
       if (domain.IsDerived(formula.predicate)) {
-        diagnostics.Add(item.where,
-                        "':init' can't give " +
-                            Quote(domain.predicates[static_cast<size_t>(formula.predicate)].name) +
-                            ", which is derived");
+        diagnostics.Add(item.where, "':init' can't give " + Quote(domain.predicates[formula.predicate].name) +
+                                        ", which is derived");
         continue;
       }
       if (negated) continue;  // Facts that are not listed are false.
@@ -363,7 +361,7 @@ int Domain::FindAction(std::string_view action) const { return FindNamed(actions
 int Problem::FindObject(std::string_view object) const { return FindNamed(objects, object); }
 
 bool Domain::IsSubtype(int type, int ancestor) const {
-  for (; type >= 0; type = types[static_cast<size_t>(type)].parent) {
+  for (; type >= 0; type = types[type].parent) {
     if (type == ancestor) return true;
   }
   return false;
@@ -377,9 +375,9 @@ bool Domain::Fits(const std::vector<int>& own, const std::vector<int>& accepted)
 }
 
 std::string Domain::TypeText(const std::vector<int>& list) const {
-  if (list.size() == 1) return types[static_cast<size_t>(list[0])].name;
+  if (list.size() == 1) return types[list[0]].name;
   std::string text = "(either";
-  for (int type : list) text += " " + types[static_cast<size_t>(type)].name;
+  for (int type : list) text += " " + types[type].name;
   return text + ")";
 }
 

@@ -65,7 +65,7 @@ void ParseValue(const Expression& item, Problem& problem, const Domain& domain, 
                     Suggest(function.head(), NamesOf(domain.functions)));
     return;
   }
-  const Function& known = domain.functions[static_cast<size_t>(index)];
+  const Function& known = domain.functions[index];
   std::vector<Term> terms;
   FormulaParser parser(domain, problem.objects, {}, diagnostics);
   if (!parser.ParseArguments(function, {known.name, known.parameters, known.where}, terms)) return;
@@ -119,7 +119,7 @@ void ParseDerived(const Expression& section, Domain& domain, Diagnostics& diagno
                     Suggest(head.head(), NamesOf(domain.predicates)));
     return;
   }
-  const Predicate& predicate = domain.predicates[static_cast<size_t>(index)];
+  const Predicate& predicate = domain.predicates[index];
   DerivedRule rule;
   rule.predicate = index;
   rule.where = head.where;
@@ -136,7 +136,7 @@ void ParseDerived(const Expression& section, Domain& domain, Diagnostics& diagno
     if (rule.parameters[i].types == std::vector<int>{0})
       rule.parameters[i].types = predicate.parameters[i].types;
   }
-  domain.strata[static_cast<size_t>(index)] = 1;
+  domain.strata[index] = 1;
   rule.body =
       FormulaParser(domain, domain.constants, rule.parameters, diagnostics).ParseFormula(section.items[2]);
   domain.derived.push_back(std::move(rule));
@@ -147,17 +147,16 @@ void Stratify(Domain& domain, Diagnostics& diagnostics) {
   for (bool changed = true; changed;) {
     changed = false;
     for (const DerivedRule& rule : domain.derived) {
-      int& stratum = domain.strata[static_cast<size_t>(rule.predicate)];
+      int& stratum = domain.strata[rule.predicate];
       VisitPredicates(rule.body, false, [&](int predicate, bool negated) {
-        const int below = domain.strata[static_cast<size_t>(predicate)];
+        const int below = domain.strata[predicate];
         if (below == 0 || below + (negated ? 1 : 0) <= stratum) return;
         stratum = below + (negated ? 1 : 0);
         changed = true;
       });
       if (stratum > most) {
         diagnostics.Add(rule.where,
-                        "derived predicate " +
-                            Quote(domain.predicates[static_cast<size_t>(rule.predicate)].name) +
+                        "derived predicate " + Quote(domain.predicates[rule.predicate].name) +
                             " depends on its own negation",
                         "derived predicates must be stratified");
         return;

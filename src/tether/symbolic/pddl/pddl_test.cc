@@ -276,14 +276,13 @@ TEST(PddlTest, MutatedFilesParseOrSayWhy) {
           text.erase(at, length);
           break;
         case 1:
-          text.insert(at, pieces[static_cast<size_t>(random.Index(static_cast<int>(pieces.size())))]);
+          text.insert(at, pieces[random.Index(static_cast<int>(pieces.size()))]);
           break;
         case 2:
           text[at] = static_cast<char>(random.Index(256));
           break;
         case 3:
-          text.insert(
-              at, text.substr(static_cast<size_t>(random.Index(static_cast<int>(text.size()))), length * 4));
+          text.insert(at, text.substr(random.Index(static_cast<int>(text.size())), length * 4));
           break;
         default:
           text.resize(at);

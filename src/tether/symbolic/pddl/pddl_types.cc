@@ -57,7 +57,7 @@ class TypeReader {
       if (type == 0) continue;  // 'object' may be listed; it is there anyhow.
       if (type > 0) {
         diagnostics_.Warn(item.where, "type " + Quote(item.word) + " is declared twice; first at " +
-                                          domain_.types[static_cast<size_t>(type)].where.ToString());
+                                          domain_.types[type].where.ToString());
       } else {
         type = static_cast<int>(domain_.types.size());
         domain_.types.push_back({item.word, 0, item.where});
@@ -83,7 +83,7 @@ class TypeReader {
         domain_.types.push_back({link.parent, 0, link.where});
         above_.emplace_back();
       }
-      above_[static_cast<size_t>(link.type)].push_back({parent, link.where});
+      above_[link.type].push_back({parent, link.where});
     }
   }
 
@@ -94,9 +94,9 @@ class TypeReader {
       const int next = waiting.back();
       waiting.pop_back();
       if (ancestor == 0 || next == ancestor) return true;
-      if (seen[static_cast<size_t>(next)]) continue;
-      seen[static_cast<size_t>(next)] = true;
-      for (const Parent& parent : above_[static_cast<size_t>(next)]) waiting.push_back(parent.type);
+      if (seen[next]) continue;
+      seen[next] = true;
+      for (const Parent& parent : above_[next]) waiting.push_back(parent.type);
     }
     return false;
   }
@@ -114,8 +114,8 @@ class TypeReader {
     }
     diagnostics_.Add(parents.back().where,
                      "type " + Quote(domain_.types[type].name) + " is below " +
-                         Quote(domain_.types[static_cast<size_t>(parents.front().type)].name) + " and " +
-                         Quote(domain_.types[static_cast<size_t>(parents.back().type)].name),
+                         Quote(domain_.types[parents.front().type].name) + " and " +
+                         Quote(domain_.types[parents.back().type].name),
                      "a type has one type above it, and those above that");
   }
 
@@ -123,8 +123,7 @@ class TypeReader {
     for (size_t i = 1; i < domain_.types.size(); ++i) {
       size_t steps = 0;
       int above = static_cast<int>(i);
-      while (above > 0 && steps++ <= domain_.types.size())
-        above = domain_.types[static_cast<size_t>(above)].parent;
+      while (above > 0 && steps++ <= domain_.types.size()) above = domain_.types[above].parent;
       if (above <= 0) continue;
       diagnostics_.Add(domain_.types[i].where, "type " + Quote(domain_.types[i].name) + " is above itself");
       domain_.types[i].parent = 0;

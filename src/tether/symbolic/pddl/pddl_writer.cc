@@ -34,7 +34,7 @@ class Writer {
 
   std::string Write(const CostTerm& term) const {
     if (term.function < 0) return Number(term.millionths);
-    std::string text = "(" + domain_.functions[static_cast<size_t>(term.function)].name;
+    std::string text = "(" + domain_.functions[term.function].name;
     for (const Term& argument : term.terms) text += " " + Name(argument);
     return text + ")";
   }
@@ -70,7 +70,7 @@ class Writer {
   }
 
   std::string Atom(int predicate, const std::vector<Term>& terms) const {
-    std::string text = "(" + domain_.predicates[static_cast<size_t>(predicate)].name;
+    std::string text = "(" + domain_.predicates[predicate].name;
     for (const Term& term : terms) text += " " + Name(term);
     return text + ")";
   }
@@ -126,8 +126,7 @@ std::string WriteDomain(const Domain& domain) {
   if (domain.types.size() > 1) {
     text += "  (:types";
     for (size_t i = 1; i < domain.types.size(); ++i) {
-      text +=
-          " " + domain.types[i].name + " - " + domain.types[static_cast<size_t>(domain.types[i].parent)].name;
+      text += " " + domain.types[i].name + " - " + domain.types[domain.types[i].parent].name;
     }
     text += ")\n";
   }
@@ -144,7 +143,7 @@ std::string WriteDomain(const Domain& domain) {
     text += ")";
   }
   for (const DerivedRule& rule : domain.derived) {
-    text += "\n  (:derived (" + domain.predicates[static_cast<size_t>(rule.predicate)].name +
+    text += "\n  (:derived (" + domain.predicates[rule.predicate].name +
             TypedList(rule.parameters, 0, "?", domain) + ")\n    " +
             Writer(domain, domain.constants, rule.parameters).Write(rule.body) + ")";
   }
@@ -175,13 +174,13 @@ std::string WriteProblem(const Problem& problem) {
   std::string text = "(define (problem " + problem.name + ")\n  (:domain " + domain.name + ")\n  (:objects";
   text += TypedList(problem.objects, domain.constants.size(), "", domain) + ")\n  (:init";
   for (const Fact& fact : problem.init) {
-    text += "\n    (" + domain.predicates[static_cast<size_t>(fact.predicate)].name;
-    for (int argument : fact.arguments) text += " " + problem.objects[static_cast<size_t>(argument)].name;
+    text += "\n    (" + domain.predicates[fact.predicate].name;
+    for (int argument : fact.arguments) text += " " + problem.objects[argument].name;
     text += ")";
   }
   for (const FunctionValue& value : problem.values) {
-    text += "\n    (= (" + domain.functions[static_cast<size_t>(value.function)].name;
-    for (int argument : value.arguments) text += " " + problem.objects[static_cast<size_t>(argument)].name;
+    text += "\n    (= (" + domain.functions[value.function].name;
+    for (int argument : value.arguments) text += " " + problem.objects[argument].name;
     text += ") " + Writer::Number(value.millionths) + ")";
   }
   text += ")\n  (:goal " + Writer(domain, problem.objects, {}).Write(problem.goal) + ")";

@@ -31,7 +31,7 @@ class PropositionReader {
       return Fail(column, "unknown proposition '" + name + "': there is no predicate '" + word + "'",
                   (symbol.empty() ? "" : "for the operator, write " + symbol + "; ") + Accepted(word, known));
     }
-    const symbolic::Predicate& predicate = domain.predicates[static_cast<size_t>(atom.predicate)];
+    const symbolic::Predicate& predicate = domain.predicates[atom.predicate];
     std::vector<std::string> words = Split(name, open);
     if (words.size() != predicate.parameters.size()) {
       std::string form = predicate.name + "(";
@@ -46,7 +46,7 @@ class PropositionReader {
     for (size_t i = 0; i < words.size(); ++i) {
       const int object = task_.problem().FindObject(words[i]);
       const std::vector<int>& types = predicate.parameters[i].types;
-      if (object >= 0 && domain.Fits(task_.problem().objects[static_cast<size_t>(object)].types, types)) {
+      if (object >= 0 && domain.Fits(task_.problem().objects[object].types, types)) {
         atom.arguments.push_back(object);
         continue;
       }
@@ -106,7 +106,7 @@ std::vector<int> Propositions::Resolve(const symbolic::Task& task, const Tempora
   std::vector<int> columns(formula.atoms().size(), 0);
   for (size_t i = formula.nodes().size(); i-- > 0;) {
     const ltl::Formula::Node& node = formula.nodes()[i];
-    if (node.op == ltl::Operator::kAtom) columns[static_cast<size_t>(node.atom)] = node.column;
+    if (node.op == ltl::Operator::kAtom) columns[node.atom] = node.column;
   }
   PropositionReader reader(task, goal);
   std::vector<int> atoms;
@@ -140,9 +140,9 @@ std::optional<symbolic::State> Product::Start() {
   symbolic::State state = task_->initial_state();
   if (automaton_) {
     state.push_back(0);
-    if (automaton_->IsTrap(ltl::LazyAutomaton::initial()) || !Read(ltl::LazyAutomaton::initial(), state)) {
-      return std::nullopt;
-    }
+    int at = ltl::LazyAutomaton::initial();
+    for (const ltl::Letter& letter : goal_->read) at = automaton_->Step(at, ltl::LetterView(letter));
+    if (automaton_->IsTrap(at) || !Read(at, state)) return std::nullopt;
   }
   for (const ActionId action : done_) {
     symbolic::State next(state.size());

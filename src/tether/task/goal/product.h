@@ -18,6 +18,8 @@ struct TemporalGoal {
   ltl::Formula formula;
   ltl::Semantics semantics = ltl::Semantics::kCosafe;
   Location where;  ///< Of the formula's text, if it stands in a file.
+  /// Letters that were read before the initial state: what is planned goes on with a word that has begun.
+  ltl::Word read = {};
 };
 
 /// The reason given for a goal whose automaton accepts nothing.

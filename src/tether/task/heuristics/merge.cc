@@ -87,7 +87,7 @@ std::optional<Tracking> Tracking::Make(const Product& product, int part, const V
     const bool none = value == variable.atoms.size();
     const int own = none ? -1 : Literal(variable.atoms[value], true);
     for (int proposition : propositions) {
-      const int atom = product.propositions()[static_cast<size_t>(proposition)];
+      const int atom = product.propositions()[proposition];
       bool holds = atom == Propositions::kAlways;
       if (atom >= 0) {
         holds = !none && (own == Literal(atom, true) || mutexes.AreMutex(own, Literal(atom, false)));
@@ -127,27 +127,27 @@ std::optional<Tracking> Tracking::Make(const Product& product, int part, const V
       const int next = automaton->Step(static_cast<int>(state), letters[tracking.Base(value)]);
       if (automaton->IsTrap(next)) continue;
       tracking.next_[tracking.Entry(state, value)] = next;
-      tracking.possible_[tracking.Entry(static_cast<size_t>(next), value)] = true;
+      tracking.possible_[tracking.Entry(next, value)] = true;
     }
   }
   return tracking;
 }
 
 std::optional<size_t> Tracking::ImpliedBy(int pair) const {
-  if (pair < 0 || implied_.empty() || implied_[static_cast<size_t>(pair)] < 0) return std::nullopt;
-  return static_cast<size_t>(implied_[static_cast<size_t>(pair)]);
+  if (pair < 0 || implied_.empty() || implied_[pair] < 0) return std::nullopt;
+  return static_cast<size_t>(implied_[pair]);
 }
 
 std::optional<size_t> Tracking::After(size_t state, size_t value) const {
   const int next = next_[Entry(state, value)];
   if (next < 0) return std::nullopt;
-  return Entry(static_cast<size_t>(next), value);
+  return Entry(next, value);
 }
 
 size_t Tracking::Find(const Product& product, const Merge* merge, symbolic::StateView state) const {
   const int own = product.automaton()->PartState(product.AutomatonState(state), part_);
   const auto implied = ImpliedBy(merge == nullptr ? -1 : static_cast<int>(merge->Find(state)));
-  return Entry(static_cast<size_t>(own), implied ? *implied : FindValue(variable_, state));
+  return Entry(own, implied ? *implied : FindValue(variable_, state));
 }
 
 }  // namespace tether::task

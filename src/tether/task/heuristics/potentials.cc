@@ -31,7 +31,7 @@ Potentials::Potentials(const Product& product, const Relaxation& relaxation, con
       for (const auto& [ended, made] : change) {
         for (int feature : {ended, made}) {
           if (feature < 0) continue;
-          std::vector<int>& list = payers_of_[static_cast<size_t>(feature)];
+          std::vector<int>& list = payers_of_[feature];
           if (list.empty() || list.back() != index) list.push_back(index);
         }
       }
@@ -116,9 +116,9 @@ void Potentials::FindGroups() {
     return std::none_of(literals.begin(), literals.end(),
                         [&](int literal) { return mutexes_.AreMutex(Literal(atom, true), literal); });
   };
-  std::vector<bool> covered(static_cast<size_t>(atoms_), false);
+  std::vector<bool> covered(atoms_, false);
   const auto cover = [&](const Variable& variable) {
-    for (int atom : variable.atoms) covered[static_cast<size_t>(atom)] = true;
+    for (int atom : variable.atoms) covered[atom] = true;
   };
   if (const Merge* merge = relaxation_.merge()) {
     std::vector<std::vector<int>>& choices = goal_groups_.emplace_back();
@@ -135,14 +135,14 @@ void Potentials::FindGroups() {
     cover(merge->second);
   }
   for (const Variable& variable : variables_) {
-    const auto fresh = std::count_if(variable.atoms.begin(), variable.atoms.end(),
-                                     [&](int atom) { return !covered[static_cast<size_t>(atom)]; });
+    const auto fresh =
+        std::count_if(variable.atoms.begin(), variable.atoms.end(), [&](int atom) { return !covered[atom]; });
     if (fresh < 2) continue;
     std::vector<std::vector<int>>& choices = goal_groups_.emplace_back();
     bool none = !variable.exactly_one, wanted = false;
     for (int atom : variable.atoms) {
       if (!may_hold(atom)) continue;
-      if (covered[static_cast<size_t>(atom)]) {
+      if (covered[atom]) {
         none = true;
       } else {
         choices.push_back({atom});
@@ -153,7 +153,7 @@ void Potentials::FindGroups() {
     cover(variable);
   }
   for (int atom = 0; atom < atoms_; ++atom) {
-    if (covered[static_cast<size_t>(atom)]) continue;
+    if (covered[atom]) continue;
     std::vector<std::vector<int>>& choices = goal_groups_.emplace_back();
     if (may_hold(atom)) choices.push_back({atom});
     if (!Contains(literals, Literal(atom, true))) choices.emplace_back();
@@ -182,8 +182,7 @@ int64_t Potentials::CostOf(size_t payer) const {
     int64_t least = 0;
     bool any = false;
     for (const auto& [ended, made] : change) {
-      const int64_t now = (made < 0 ? 0 : weights_[static_cast<size_t>(made)]) -
-                          (ended < 0 ? 0 : weights_[static_cast<size_t>(ended)]);
+      const int64_t now = (made < 0 ? 0 : weights_[made]) - (ended < 0 ? 0 : weights_[ended]);
       least = any ? std::min(least, now) : now;
       any = true;
     }
@@ -198,7 +197,7 @@ int64_t Potentials::GoalBound() const {
     std::optional<int64_t> most;
     for (const std::vector<int>& features : choices) {
       int64_t weight = 0;
-      for (int feature : features) weight += weights_[static_cast<size_t>(feature)];
+      for (int feature : features) weight += weights_[feature];
       most = std::max(most.value_or(weight), weight);
     }
     bound += most.value_or(0);
@@ -208,26 +207,25 @@ int64_t Potentials::GoalBound() const {
 
 bool Potentials::Shift(std::span<const int> features, int64_t step) {
   PollLimits();  // Here nothing is half done.
-  for (int feature : features) weights_[static_cast<size_t>(feature)] += step;
+  for (int feature : features) weights_[feature] += step;
   bool valid = true;
   for (int feature : features) {
-    for (int payer : payers_of_[static_cast<size_t>(feature)]) {
+    for (int payer : payers_of_[feature]) {
       const auto p = static_cast<size_t>(payer);
       costs_[p] = CostOf(p);
       valid = valid && costs_[p] >= 0;
     }
   }
   if (!valid) {
-    for (int feature : features) weights_[static_cast<size_t>(feature)] -= step;
+    for (int feature : features) weights_[feature] -= step;
     for (int feature : features) {
-      for (int payer : payers_of_[static_cast<size_t>(feature)])
-        costs_[static_cast<size_t>(payer)] = CostOf(static_cast<size_t>(payer));
+      for (int payer : payers_of_[feature]) costs_[payer] = CostOf(payer);
     }
     return false;
   }
   weighted_.clear();
   for (int atom = 0; atom < atoms_; ++atom) {
-    if (weights_[static_cast<size_t>(atom)] != 0) weighted_.push_back(atom);
+    if (weights_[atom] != 0) weighted_.push_back(atom);
   }
   goal_bound_ = GoalBound();
   return true;
@@ -240,7 +238,7 @@ int64_t Potentials::Offset(symbolic::StateView state) const {
     if ((state[i / 64] >> (i % 64) & 1) != 0) weight += weights_[i];
   }
   if (const Merge* merge = relaxation_.merge()) {
-    weight += weights_[static_cast<size_t>(MergedFeature(static_cast<int>(merge->Find(state))))];
+    weight += weights_[MergedFeature(static_cast<int>(merge->Find(state)))];
   }
   return weight - goal_bound_;
 }

@@ -66,8 +66,8 @@ void ExpectAdmissible(const std::shared_ptr<const Task>& task, const std::string
   }
   for (int trial = 0; trial < 8 && mergeable.size() > 1 && !merge; ++trial) {
     const int count = static_cast<int>(mergeable.size());
-    const Variable& a = mergeable[static_cast<size_t>(random.Index(count))];
-    const Variable& b = mergeable[static_cast<size_t>(random.Index(count))];
+    const Variable& a = mergeable[random.Index(count)];
+    const Variable& b = mergeable[random.Index(count)];
     if (&a != &b && MayMerge(*task, a, b)) merge = Merge{a, b};
   }
   std::vector<Tracking> trackings;
@@ -96,8 +96,8 @@ void ExpectAdmissible(const std::shared_ptr<const Task>& task, const std::string
     }
     if (potentials.directions().empty()) return;
     for (int k = 0; k < 3; ++k) {
-      const auto& direction = potentials.directions()[static_cast<size_t>(
-          random.Index(static_cast<int>(potentials.directions().size())))];
+      const auto& direction =
+          potentials.directions()[random.Index(static_cast<int>(potentials.directions().size()))];
       counts->shifted += potentials.Shift(direction, random.Index(2) == 0 ? 1 : -1);
     }
     cut.SetCosts(potentials.costs());
@@ -105,7 +105,7 @@ void ExpectAdmissible(const std::shared_ptr<const Task>& task, const std::string
 }
 
 std::string Proposition(const Task& task, int atom) {
-  std::string name = task.AtomName(task.atoms()[static_cast<size_t>(atom)]);
+  std::string name = task.AtomName(task.atoms()[atom]);
   if (name.ends_with("()")) name.resize(name.size() - 2);
   return name;
 }

@@ -40,7 +40,7 @@ void Relaxation::Build(bool unit_costs) {
   }
   if (product_.automaton() == nullptr) NoteNegated(task.goal().formula());
   for (int atom : product_.propositions()) {
-    if (atom >= 0) is_negated_[static_cast<size_t>(atom)] = true;
+    if (atom >= 0) is_negated_[atom] = true;
   }
 
   AddFact();  // kTrue
@@ -68,7 +68,7 @@ void Relaxation::Build(bool unit_costs) {
 
 void Relaxation::NoteNegated(const GroundFormula& formula) {
   if (formula.kind == GroundFormula::Kind::kLiteral && !formula.positive) {
-    is_negated_[static_cast<size_t>(formula.atom)] = true;
+    is_negated_[formula.atom] = true;
   }
   for (const GroundFormula& child : formula.children) NoteNegated(child);
 }
@@ -156,9 +156,9 @@ void Relaxation::AddAction(const Context& context) {
   const int own = static_cast<int>(payers_.size());
   payers_.push_back(context.payer);
   auto add_facts = [&](const symbolic::GroundEffect& effect, std::vector<int>& adds) {
-    for (int atom : effect.adds) adds.push_back(positive_[static_cast<size_t>(atom)]);
+    for (int atom : effect.adds) adds.push_back(positive_[atom]);
     for (int atom : effect.deletes) {
-      if (negative_[static_cast<size_t>(atom)] >= 0) adds.push_back(negative_[static_cast<size_t>(atom)]);
+      if (negative_[atom] >= 0) adds.push_back(negative_[atom]);
     }
   };
   std::vector<int> always = context.made;
@@ -178,8 +178,8 @@ void Relaxation::AddAction(const Context& context) {
 /// Drops facts that a pair implies.
 void Relaxation::DropFacts(const symbolic::Variable& variable, std::vector<int>& facts) const {
   for (int atom : variable.atoms) {
-    std::erase(facts, positive_[static_cast<size_t>(atom)]);
-    if (negative_[static_cast<size_t>(atom)] >= 0) std::erase(facts, negative_[static_cast<size_t>(atom)]);
+    std::erase(facts, positive_[atom]);
+    if (negative_[atom] >= 0) std::erase(facts, negative_[atom]);
   }
 }
 
@@ -265,15 +265,15 @@ void Relaxation::AddAxioms() {
     for (const symbolic::GroundAxiom& axiom : stratum) {
       std::vector<int> needed;
       if (!Require(axiom.body.formula(), needed)) continue;
-      AddOperator(kFree, std::move(needed), {positive_[static_cast<size_t>(axiom.atom)]});
+      AddOperator(kFree, std::move(needed), {positive_[axiom.atom]});
     }
   }
 }
 
 bool Relaxation::RequireProposition(int proposition, bool positive, std::vector<int>& preconditions) {
-  const int atom = product_.propositions()[static_cast<size_t>(proposition)];
+  const int atom = product_.propositions()[proposition];
   if (atom < 0) return (atom == Propositions::kAlways) == positive;
-  const int fact = (positive ? positive_ : negative_)[static_cast<size_t>(atom)];
+  const int fact = (positive ? positive_ : negative_)[atom];
   if (fact >= 0) preconditions.push_back(fact);
   return true;
 }
@@ -288,8 +288,7 @@ void Relaxation::AddAutomaton() {
     const auto tracking = std::find_if(trackings_.begin(), trackings_.end(),
                                        [&](const Tracking& one) { return one.part() == part; });
     if (tracking != trackings_.end()) {
-      all_accept.push_back(
-          AddTracked(*tracking, tracked_facts_[static_cast<size_t>(tracking - trackings_.begin())]));
+      all_accept.push_back(AddTracked(*tracking, tracked_facts_[tracking - trackings_.begin()]));
       continue;
     }
     std::vector<int>& states = part_facts_.back();
@@ -301,7 +300,7 @@ void Relaxation::AddAutomaton() {
     }
     for (const ltl::AutomatonEdge& edge : automaton->Edges(ltl::GuardForms::kShort)) {
       if (edge.from == edge.to || automaton->IsTrap(edge.to)) continue;
-      const int from = states[static_cast<size_t>(edge.from)], to = states[static_cast<size_t>(edge.to)];
+      const int from = states[edge.from], to = states[edge.to];
       if (!edge.has_guard && !edge.has_clauses) {  // No precondition, which is a relaxation too.
         AddOperator(kFree, {from}, {to});
         continue;
@@ -355,31 +354,31 @@ int Relaxation::AddTracked(const Tracking& tracking, const std::vector<int>& fac
 }
 
 void Relaxation::KeepRelevant() {
-  std::vector<std::vector<int>> adders(static_cast<size_t>(facts_));
+  std::vector<std::vector<int>> adders(facts_);
   for (size_t i = 0; i < operators_.size(); ++i) {
-    for (int fact : operators_[i].adds) adders[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
+    for (int fact : operators_[i].adds) adders[fact].push_back(static_cast<int>(i));
   }
-  std::vector<bool> relevant(static_cast<size_t>(facts_), false), kept(operators_.size(), false);
+  std::vector<bool> relevant(facts_, false), kept(operators_.size(), false);
   std::vector<int> queue = {goal_};
-  relevant[static_cast<size_t>(goal_)] = true;
+  relevant[goal_] = true;
   for (size_t i = 0; i < queue.size(); ++i) {
-    for (int adder : adders[static_cast<size_t>(queue[i])]) {
-      if (kept[static_cast<size_t>(adder)]) continue;
-      kept[static_cast<size_t>(adder)] = true;
-      for (int fact : operators_[static_cast<size_t>(adder)].preconditions) {
-        if (relevant[static_cast<size_t>(fact)]) continue;
-        relevant[static_cast<size_t>(fact)] = true;
+    for (int adder : adders[queue[i]]) {
+      if (kept[adder]) continue;
+      kept[adder] = true;
+      for (int fact : operators_[adder].preconditions) {
+        if (relevant[fact]) continue;
+        relevant[fact] = true;
         queue.push_back(fact);
       }
     }
   }
-  std::vector<int> renumbered(static_cast<size_t>(facts_), -1);
+  std::vector<int> renumbered(facts_, -1);
   facts_ = 0;
   for (size_t i = 0; i < relevant.size(); ++i) {
     if (relevant[i] || static_cast<int>(i) == kTrue) renumbered[i] = facts_++;
   }
   auto renumber = [&](std::vector<int>& list) {
-    for (int& fact : list) fact = fact < 0 ? -1 : renumbered[static_cast<size_t>(fact)];
+    for (int& fact : list) fact = fact < 0 ? -1 : renumbered[fact];
   };
   std::vector<Operator> operators;
   for (size_t i = 0; i < operators_.size(); ++i) {
@@ -395,7 +394,7 @@ void Relaxation::KeepRelevant() {
   renumber(merged_facts_);
   for (std::vector<int>& own : tracked_facts_) renumber(own);
   for (std::vector<int>& states : part_facts_) renumber(states);
-  goal_ = renumbered[static_cast<size_t>(goal_)];
+  goal_ = renumbered[goal_];
 }
 
 void Relaxation::FindFacts(symbolic::StateView state, std::vector<int>& facts) const {
@@ -416,7 +415,7 @@ void Relaxation::FindFacts(symbolic::StateView state, std::vector<int>& facts) c
   for (size_t part = 0; part < part_facts_.size(); ++part) {
     if (part_facts_[part].empty()) continue;
     const int own = product_.automaton()->PartState(product_.AutomatonState(state), static_cast<int>(part));
-    const int fact = part_facts_[part][static_cast<size_t>(own)];
+    const int fact = part_facts_[part][own];
     if (fact >= 0) facts.push_back(fact);
   }
 }

@@ -14,10 +14,10 @@ void SortUnique(std::vector<T>& list) {
 }  // namespace
 
 RelaxedPlan::RelaxedPlan(const Relaxation& relaxation)
-    : relaxation_(relaxation), users_(static_cast<size_t>(relaxation.facts())), costs_(relaxation.costs()) {
+    : relaxation_(relaxation), users_(relaxation.facts()), costs_(relaxation.costs()) {
   for (size_t i = 0; i < relaxation.operators().size(); ++i) {
     for (int fact : relaxation.operators()[i].preconditions) {
-      users_[static_cast<size_t>(fact)].push_back(static_cast<int>(i));
+      users_[fact].push_back(static_cast<int>(i));
     }
   }
   // Where costs differ, each step counts too, against long plans of cheap actions.
@@ -39,48 +39,48 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
   std::fill(best_.begin(), best_.end(), -1);
   for (size_t i = 0; i < operators.size(); ++i) {
     missing_[i] = static_cast<int>(operators[i].preconditions.size());
-    operator_cost_[i] = costs_[static_cast<size_t>(operators[i].payer)];
+    operator_cost_[i] = costs_[operators[i].payer];
   }
   queue_.Clear();
   for (int fact : facts) {
-    fact_cost_[static_cast<size_t>(fact)] = 0;
+    fact_cost_[fact] = 0;
     queue_.Push(0, fact);
   }
   while (!queue_.empty()) {
     const auto [cost, fact] = queue_.Pop();
-    if (cost != fact_cost_[static_cast<size_t>(fact)]) continue;
+    if (cost != fact_cost_[fact]) continue;
     if (fact == relaxation_.goal()) break;
-    for (int user : users_[static_cast<size_t>(fact)]) {
+    for (int user : users_[fact]) {
       const auto op = static_cast<size_t>(user);
       operator_cost_[op] += cost;
       if (--missing_[op] > 0) continue;
       for (int add : operators[op].adds) {
-        int64_t& known = fact_cost_[static_cast<size_t>(add)];
+        int64_t& known = fact_cost_[add];
         if (known <= operator_cost_[op]) continue;
         known = operator_cost_[op];
-        best_[static_cast<size_t>(add)] = user;
+        best_[add] = user;
         queue_.Push(known, add);
       }
     }
   }
-  if (fact_cost_[static_cast<size_t>(relaxation_.goal())] == kDeadEnd) return kDeadEnd;
+  if (fact_cost_[relaxation_.goal()] == kDeadEnd) return kDeadEnd;
 
   needed_.assign(users_.size(), false);
   payers_.clear();
   stack_.assign(1, relaxation_.goal());
-  needed_[static_cast<size_t>(relaxation_.goal())] = true;
+  needed_[relaxation_.goal()] = true;
   const int free = static_cast<int>(costs_.size()) - 1;
   while (!stack_.empty()) {
     const int fact = stack_.back();
     stack_.pop_back();
-    const int chosen = best_[static_cast<size_t>(fact)];
+    const int chosen = best_[fact];
     if (chosen < 0) continue;
-    const Relaxation::Operator& op = operators[static_cast<size_t>(chosen)];
+    const Relaxation::Operator& op = operators[chosen];
     bool applies = op.payer != free;
     for (int before : op.preconditions) {
-      applies = applies && fact_cost_[static_cast<size_t>(before)] == 0;
-      if (needed_[static_cast<size_t>(before)]) continue;
-      needed_[static_cast<size_t>(before)] = true;
+      applies = applies && fact_cost_[before] == 0;
+      if (needed_[before]) continue;
+      needed_[before] = true;
       stack_.push_back(before);
     }
     if (op.payer != free) payers_.push_back(op.payer);
@@ -89,7 +89,7 @@ int64_t RelaxedPlan::Evaluate(std::span<const int> facts) {
   SortUnique(payers_);
   SortUnique(actions_);
   int64_t total = 0;
-  for (int payer : payers_) total += costs_[static_cast<size_t>(payer)];
+  for (int payer : payers_) total += costs_[payer];
   return total;
 }
 

@@ -77,7 +77,7 @@ struct RandomGoal {
 };
 
 std::string Proposition(const Task& task, int atom) {
-  std::string name = task.AtomName(task.atoms()[static_cast<size_t>(atom)]);
+  std::string name = task.AtomName(task.atoms()[atom]);
   if (name.ends_with("()")) name.resize(name.size() - 2);
   return name;
 }
@@ -86,11 +86,10 @@ RandomGoal MakeGoal(const Task& task, Random& random) {
   RandomGoal goal{"(and", ""};
   for (int count = 1 + random.Index(3); count > 0; --count) {
     const int index = random.Index(static_cast<int>(task.atoms().size()));
-    const symbolic::Atom& atom = task.atoms()[static_cast<size_t>(index)];
+    const symbolic::Atom& atom = task.atoms()[index];
     const bool positive = random.Index(3) > 0;
-    std::string words = "(" + task.domain().predicates[static_cast<size_t>(atom.predicate)].name;
-    for (int argument : atom.arguments)
-      words += " " + task.problem().objects[static_cast<size_t>(argument)].name;
+    std::string words = "(" + task.domain().predicates[atom.predicate].name;
+    for (int argument : atom.arguments) words += " " + task.problem().objects[argument].name;
     words += ")";
     goal.pddl += positive ? " " + words : " (not " + words + ")";
     goal.formula +=
@@ -128,7 +127,7 @@ TEST(SearchLawTest, AStarFindsWhatDijkstraFinds) {
 
 std::string Shuffled(std::string letters, Random& random) {
   for (size_t i = letters.size(); i > 1; --i) {
-    std::swap(letters[i - 1], letters[static_cast<size_t>(random.Index(static_cast<int>(i)))]);
+    std::swap(letters[i - 1], letters[random.Index(static_cast<int>(i))]);
   }
   return letters;
 }

@@ -28,8 +28,7 @@ Names ClassesOf(const Product& product) {
   Names names;
   for (const std::vector<int>& members : Symmetry(product).Classes()) {
     names.emplace_back();
-    for (int object : members)
-      names.back().push_back(product.task().problem().objects[static_cast<size_t>(object)].name);
+    for (int object : members) names.back().push_back(product.task().problem().objects[object].name);
   }
   return names;
 }
@@ -77,9 +76,7 @@ TEST(SymmetryTest, ARepresentativeIsTheSameForAllImages) {
       state = task->Apply(applicable[ToIndex(random.Index(static_cast<int>(applicable.size())))], state);
       State image = state, canonical = state;
       for (const std::vector<int>& members : symmetry.Classes()) {
-        const auto pick = [&] {
-          return members[static_cast<size_t>(random.Index(static_cast<int>(members.size())))];
-        };
+        const auto pick = [&] { return members[random.Index(static_cast<int>(members.size()))]; };
         image = ExchangeObjects(*task, image, pick(), pick());
       }
       const bool changed = symmetry.Canonicalize(canonical);
