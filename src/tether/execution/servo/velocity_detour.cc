@@ -44,6 +44,22 @@ std::string Explain(const motion::Path& path) {
   return "";
 }
 
+/// For steps of kStep along a goal that nothing obstructs.
+control::VelocityOptions WithoutObstacles(control::VelocityOptions options) {
+  options.gain = options.field_gain = 0.5 / kStep;
+  options.escape_speed = 1;
+  options.ramp = 0;
+  options.self_distance = 0;
+  return options;
+}
+
+/// The pairs that a body is of; none for −1.
+std::vector<std::pair<int, int>> PairsOf(int body, std::vector<std::pair<int, int>> pairs) {
+  std::erase_if(pairs,
+                [body](const auto& pair) { return body < 0 || (pair.first != body && pair.second != body); });
+  return pairs;
+}
+
 }  // namespace
 
 std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
@@ -61,13 +77,8 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   std::vector<control::FieldConstraint> fields =
       BuildConstraints(options_.constraints, control_scene_, bodies).fields;
   fields.insert(fields.end(), verb_fields_.begin(), verb_fields_.end());
-  control::VelocityOptions free_options = options_.controller;
-  free_options.gain = free_options.field_gain = 0.5 / kStep;
-  free_options.escape_speed = 1;
-  free_options.ramp = 0;
-  free_options.self_distance = 0;
   control::ConstrainedVelocity follower(s_.model, control_scene_.X_WBase(), control_scene_.solids(), {},
-                                        fields, free_options);
+                                        fields, WithoutObstacles(options_.controller));
   if (s_.held.valid()) follower.Hold(s_.held.value());
   control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
@@ -96,12 +107,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   // What the hand may touch where it gets to, it keeps away from on the way there.
   control::ConstrainedVelocity probe = MakeController(), probe_between = MakeController();
   probe.Allow(allowed_bodies_);
-  std::vector<std::pair<int, int>> between;
-  for (const auto& [a, b] : allowed_bodies_) {
-    const int held = s_.held.valid() ? bodies.object(s_.held.value()) : -1;
-    if (held >= 0 && (a == held || b == held)) between.emplace_back(a, b);
-  }
-  probe_between.Allow(between);
+  probe_between.Allow(PairsOf(s_.held.valid() ? bodies.object(s_.held.value()) : -1, allowed_bodies_));
   if (s_.held.valid()) {
     probe.Hold(s_.held.value());
     probe_between.Hold(s_.held.value());
