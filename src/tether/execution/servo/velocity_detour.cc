@@ -2,7 +2,7 @@
 
 #include "tether/common/random.h"
 #include "tether/execution/servo/velocity_servo.h"
-#include "tether/motion/joint_path.h"
+#include "tether/motion/path_search.h"
 
 namespace tether::execution {
 namespace {
@@ -17,6 +17,11 @@ constexpr int kSteps = 200;
 constexpr double kStep = 0.05;  // s
 // Rows may be violated by this much where a detour begins and ends, m or rad …
 constexpr double kTolerance = 1e-3;
+// The search: configurations that are looked at, how far trees grow at once, rad, and tries at cutting off
+// pieces.
+constexpr int64_t kMaxChecks = 20'000;
+constexpr double kRange = 0.5;
+constexpr int kShortcuts = 60;
 // … and have this to spare further than kEnd from there, if possible: the controller has to follow, m or rad.
 constexpr double kSpare = 0.003, kEnd = 0.15;
 
@@ -25,15 +30,15 @@ constexpr double kSpare = 0.003, kEnd = 0.15;
 namespace {
 
 /// Why no path was found.
-std::string Explain(const motion::JointPath& path) {
+std::string Explain(const motion::Path& path) {
   switch (path.status) {
-    case motion::JointPathStatus::kFound:
+    case motion::PathStatus::kFound:
       break;
-    case motion::JointPathStatus::kNoFreeGoal:
+    case motion::PathStatus::kNoFreeGoal:
       return "the arm would touch something wherever it gets there";
-    case motion::JointPathStatus::kStartNotFree:
+    case motion::PathStatus::kStartNotFree:
       return "the arm is too near to something where it stands";
-    case motion::JointPathStatus::kGaveUp:
+    case motion::PathStatus::kGaveUp:
       return "none was found in " + std::to_string(path.checks) + " checks";
   }
   return "";
@@ -67,7 +72,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
   Random random(static_cast<uint64_t>(s_.step) + 1);
-  motion::JointPathProblem problem;
+  motion::PathProblem problem;
   for (int start = 0; start < kStarts; ++start) {
     VectorXd end = s_.q;
     for (int i = 0; i < end.size() && start > 0; ++i) {
@@ -106,6 +111,9 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   problem.upper = (s_.model->upper().array() - margin).matrix();
   problem.start = s_.q;
   problem.seed = static_cast<uint64_t>(s_.step) + 1;
+  problem.max_checks = kMaxChecks;
+  problem.range = kRange;
+  problem.shortcuts = kShortcuts;
   double spare = kSpare;
   problem.is_free = [&](const VectorXd& where) {
     bool at_end = (where - s_.q).cwiseAbs().maxCoeff() < kEnd;
@@ -120,12 +128,17 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     }
     return !rows.flags().fault;
   };
-  motion::JointPath found = motion::FindJointPath(problem);
-  if (found.status == motion::JointPathStatus::kGaveUp) {
+  // The end of the branch that the arm is in first, then any.
+  motion::PathProblem first = problem;
+  first.goals.resize(1);
+  first.max_checks = kMaxChecks / 4;
+  motion::Path found = motion::FindPath(first);
+  if (found.status != motion::PathStatus::kFound) found = motion::FindPath(problem);
+  if (found.status == motion::PathStatus::kGaveUp) {
     spare = 0;
-    found = motion::FindJointPath(problem);
+    found = motion::FindPath(problem);
   }
-  if (found.status != motion::JointPathStatus::kFound) why = Explain(found);
+  if (found.status != motion::PathStatus::kFound) why = Explain(found);
   return std::move(found.q);
 }
 
