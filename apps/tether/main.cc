@@ -441,9 +441,8 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   AddCampaign(app, campaign, command);
   AddAutomaton(app, automaton, command);
   AddTask(app, task, command);
-  for (CLI::App* one : app.get_subcommands({})) {
+  for (CLI::App* one : app.get_subcommands({}))
     if (one->get_option_no_throw("--memory-limit") == nullptr) AddMemoryLimit(*one, memory_limit);
-  }
   RefuseEmptyValues(app);
   try {
     app.parse(argc, argv);
@@ -476,9 +475,8 @@ int Guarded(int argc, char** argv) {
   try {
     return Main(argc, argv);
   } catch (const tether::InputError& error) {
-    for (const tether::Diagnostic& diagnostic : error.diagnostics()) {
+    for (const tether::Diagnostic& diagnostic : error.diagnostics())
       std::fprintf(stderr, "%s\n", diagnostic.ToString().c_str());
-    }
     return kExitBadInput;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "gave up: there is not enough memory\n");

@@ -21,9 +21,9 @@
 #include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/modes/region_domain.h"
 #include "tether/robot/kinematics.h"
-#include "tether/sim/fault_model.h"
+#include "tether/sim/sensing/fault_model.h"
 #include "tether/sim/renderer.h"
-#include "tether/sim/sensor_model.h"
+#include "tether/sim/sensing/sensor_model.h"
 #include "tether/sim/world.h"
 #include "tether/task/search/replanner.h"
 

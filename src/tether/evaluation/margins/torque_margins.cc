@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tether/math/infinity.h"
@@ -31,8 +32,10 @@ void TorqueMargins::Observe(double time, const Eigen::VectorXd& torque,
     const std::string& joint = model_->joint_names()[i];
     margins_[kTorque].Take(model_->max_torque()[i] - std::abs(torque[i]), time, joint);
     if (last_.size() != torque.size()) continue;
-    margins_[kRate].Take(model_->max_torque_rate()[i] - std::abs(torque[i] - last_[i]) / period_, time,
-                         joint);
+    const double room = model_->max_torque_rate()[i] - std::abs(torque[i] - last_[i]) / period_;
+    // The difference of two torques is only known to their rounding.
+    const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(torque[i]) / period_;
+    margins_[kRate].Take(std::abs(room) <= rounding ? 0 : room, time, joint);
   }
   last_ = torque;
   int which = -1;

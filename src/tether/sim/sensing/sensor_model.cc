@@ -1,4 +1,4 @@
-#include "tether/sim/sensor_model.h"
+#include "tether/sim/sensing/sensor_model.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "tether/sim/fault_model.h"
+#include "tether/sim/sensing/fault_model.h"
 
 #include <algorithm>
 #include <cmath>
