@@ -166,11 +166,17 @@ std::string WhyNotRunnable(const scenario::Scenario& scenario, const planning::P
   return "";
 }
 
+/// Arms and bases that start inside of something.
+void WarnOfStarts(const scenario::Scenario& scenario) {
+  for (const std::string& problem : evaluation::CheckArms(scenario)) LogWarning(problem);
+}
+
 /// The plan to run: read, or the chosen one of those found. Empty, with an exit code, if there is none.
 std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Loaded& loaded,
                                          const scene::Scene& scene, const Terminal& terminal, int& exit_code,
                                          Value& plan_report) {
   const scenario::Scenario& scenario = loaded.scenario;
+  WarnOfStarts(scenario);
   if (!arguments.plan.empty()) {
     planning::Plan plan = planning::ReadPlan(arguments.plan, scenario.scene, scenario.actions);
     WarnOfViolations(plan, scenario::MakeProblem(scenario, scene, arguments.overrides));
@@ -184,7 +190,7 @@ std::optional<planning::Plan> ObtainPlan(const RunArguments& arguments, const Lo
   for (int i : report.BestFirst()) {
     if (report.candidates[i].feasible()) feasible.push_back(i);
   }
-  if (feasible.empty() || report.status == planning::PlanStatus::kInterrupted) return std::nullopt;
+  if (feasible.empty() || !report.ok()) return std::nullopt;
   const int rank = arguments.candidate.value_or(1);
   if (rank < 1 || rank > static_cast<int>(feasible.size())) {
     throw InputError("--candidate is " + std::to_string(rank) + ", but there are " +
@@ -265,6 +271,7 @@ int PlanCommand(const PlanArguments& arguments) {
   const Loaded loaded = Load(arguments.scenario, &overrides);
   outputs.RequireUnread();
   overrides.trace = !arguments.trace.empty();
+  WarnOfStarts(loaded.scenario);
   planning::Problem problem = scenario::MakeProblem(loaded.scenario, loaded.scenario.scene, overrides);
   const planning::PlanReport report = PlanWithOutput(loaded, problem, terminal);
   ReportingScope reporting;

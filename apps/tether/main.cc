@@ -307,8 +307,8 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
   command->add_flag("--no-robot", options.no_robot, "execution: plan without the arm, to compare");
   command
       ->add_option("--kind", options.kinds,
-                   "Only scenes of this kind: reach, stack or, for execution, clutter; for control: seeds, "
-                   "moved or crossing; may be given again")
+                   "Only scenes of this kind: reach, stack or, for execution, clutter, around, posts or shelf; for "
+                   "control: seeds, moved or crossing; may be given again")
       ->type_name("KIND")
       ->allow_extra_args(false);
   command->add_option("--scenario", options.scenario, "control: instead of the assistive scenario that ships")

@@ -41,6 +41,22 @@ std::string EndLine(const planning::PlanReport& report, const Terminal& terminal
   return "not planned";
 }
 
+/// What the steps of a plan take, and how clear of everything the ways to them are; empty: it has no motions.
+std::string MotionTable(const planning::Plan& plan, const Terminal& terminal) {
+  std::string text;
+  double total = 0;
+  for (const planning::PlanStep& step : plan.steps) {
+    if (!step.motion) continue;
+    if (text.empty()) text = terminal.Bold("takes (s)  clear by (mm)  motion of the best plan") + "\n";
+    total += step.motion->duration;
+    const bool far = step.motion->clearance >= planning::kMostClearance;
+    const std::string clear =
+        far ? "over " + Fixed(1e3 * planning::kMostClearance, 0) : Fixed(1e3 * step.motion->clearance, 1);
+    text += Pad(Fixed(step.motion->duration, 2), 9) + "  " + Pad(clear, 13) + "  " + step.action + "\n";
+  }
+  return text.empty() ? text : text + Pad(Fixed(total, 2), 9) + "  " + Pad("", 13) + "  in all\n";
+}
+
 }  // namespace
 
 std::string CandidateLine(const planning::CandidateReport& candidate, int number, const Terminal& terminal) {
@@ -70,11 +86,13 @@ std::string PlanTable(const planning::PlanReport& report, const Terminal& termin
             Pad(Fixed(candidate.optimize_s, 2), 8) + "  " + Status(candidate, terminal) + "  " +
             Actions(candidate) + "\n";
   }
+  if (const planning::CandidateReport* best = report.best()) text += MotionTable(best->plan, terminal);
   text += std::to_string(report.candidates.size()) +
           (report.candidates.size() == 1 ? " candidate, " : " candidates, ") +
           std::to_string(report.expanded) + " states expanded, " + std::to_string(report.generated) +
           " generated; parsing " + Fixed(report.parse_s, 3) + " s, search " + Fixed(report.search_s, 3) +
-          " s, optimisation " + Fixed(report.optimize_s, 3) + " s, in all " + Fixed(report.total_s, 3) + " s";
+          " s, optimisation " + Fixed(report.optimize_s, 3) + " s, motion " + Fixed(report.motion_s, 3) +
+          " s, in all " + Fixed(report.total_s, 3) + " s";
   const std::string end = EndLine(report, terminal);
   return end.empty() ? text : text + "\n" + end;
 }

@@ -22,6 +22,8 @@ constexpr double kFree = 1e-4;
 constexpr double kWithinLimit = 0.96, kStop = 0.7;
 // No row is worth a change of more than this many times a joint's greatest acceleration.
 constexpr double kBurst = 20;
+// A servo that leads a joint to its limit ends beyond what it was told by a little, rad.
+constexpr double kServoGap = 2e-4;
 // What a velocity has changed is forgotten at this rate, 1/s, by a servo as fast as those of robots are.
 constexpr double kForget = 15;
 // A row violated by less than this counts as held, m/s or rad/s.
@@ -148,7 +150,7 @@ void ConstrainedVelocity::Impl::SetBounds(const Eigen::VectorXd* v) {
     const double most = std::min(1.0, options.velocity_share) * model->max_velocity()[i];
     // ERRATA B2: the margin is measured from the limits, whatever their sign, and never beyond the middle.
     const double half = 0.5 * (model->upper()[i] - model->lower()[i]);
-    const double margin = std::min(options.joint_margin, 0.9 * half);
+    const double margin = std::min(options.joint_margin + kServoGap, 0.9 * half);
     const double q = kinematics.q()[i];
     lower[i] = Clamp(options.joint_gain * (model->lower()[i] + margin - q), most);
     upper[i] = Clamp(options.joint_gain * (model->upper()[i] - margin - q), most);

@@ -44,6 +44,11 @@ std::vector<std::pair<std::string, scenario::GeneratorParameters>> Sizes() {
   for (int objects : {0, 6, 12}) all.push_back({"clutter", {0, objects, 0}});
   for (int objects : {1, 6, 8}) all.push_back({"bin", {0, objects, 0}});
   for (int objects : {0, 6, 100}) all.push_back({"crowd", {0, objects, 0}});
+  for (int blocks = 1; blocks <= 4; ++blocks) all.push_back({"around", {blocks, 0, 0}});
+  for (int objects : {0, 6, 12}) all.push_back({"posts", {0, objects, 0}});
+  for (int objects : {1, 4, 6}) {
+    for (int regions : {1, 2}) all.push_back({"shelf", {0, objects, regions}});
+  }
   return all;
 }
 
@@ -73,7 +78,8 @@ TEST(GenerateTest, TheScenesOfSeedOneAreWhatTheyWere) {
   const std::map<std::string, uint64_t> pinned = {
       {"hanoi", 0x84d0d0121e256a58u}, {"reach", 0x93978feb7718d0e6u},   {"stack", 0xa4227c521295cdedu},
       {"sort", 0x79ef6a617339b706u},  {"clutter", 0x451d64eb6bcb9679u}, {"bin", 0x1656809c0c2807bbu},
-      {"crowd", 0x3e91ee35c034558cu}};
+      {"crowd", 0x3e91ee35c034558cu}, {"around", 0x8ce4e06f9ea86d82u},  {"posts", 0x13a1111de97dbeddu},
+      {"shelf", 0xfd44c8a26e2a6dbcu}};
   for (const auto& [kind, text] : scenario::GeneratorKinds()) {
     EXPECT_EQ(Hash(scenario::Generate(kind, {}, 1)), pinned.at(kind))
         << kind << ":\n"
@@ -136,6 +142,10 @@ TEST(GenerateTest, MistakesNameTheValueAndWhatIsAccepted) {
   EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--objects is 0 (1 to 8: "));
   EXPECT_THAT(message("sort", {3, 0, 5}), HasSubstr("--regions is 5 (1 to 4: "));
   EXPECT_THAT(message("clutter", {3, 13, 2}), HasSubstr("--objects is 13 (0 to 12: "));
+  EXPECT_THAT(message("around", {5, 6, 2}), HasSubstr("--blocks is 5 (1 to 4: "));
+  EXPECT_THAT(message("posts", {3, 13, 2}), HasSubstr("--objects is 13 (0 to 12: "));
+  EXPECT_THAT(message("shelf", {3, 7, 3}), HasSubstr("--regions is 3 (1 to 2: "));
+  EXPECT_THAT(message("shelf", {3, 7, 3}), HasSubstr("--objects is 7 (1 to 6: "));
   EXPECT_THAT(message("bin", {3, 9, 2}), HasSubstr("--objects is 9 (1 to 8: "));
   EXPECT_THAT(message("crowd", {3, 201, 2}), HasSubstr("--objects is 201 (0 to 200: "));
   EXPECT_THAT(message("hanio", {}),

@@ -1,6 +1,7 @@
 // Finds about the arm's motion from key pose to key pose, and their siblings: each is planned and executed,
 // or what forbids it is said.
 
+#include <atomic>
 #include <fstream>
 #include <numbers>
 
@@ -11,6 +12,7 @@
 #include "testing/scenario/test_scenarios.h"
 #include "tether/evaluation/check.h"
 #include "tether/evaluation/run.h"
+#include "tether/planning/transit/plan_motion.h"
 #include "tether/scenario/problem.h"
 
 namespace tether::evaluation {
@@ -172,6 +174,31 @@ TEST(MotionFinds, ArmStartsInWall) {
       "robots: {arm: {model: panda, pose: {position: [0.35, 0, -0.05]}}}\nobjects:\n" + std::string(kTable));
   EXPECT_THAT(CheckArms(base), ElementsAre(HasSubstr("its link0 is")));
   EXPECT_THAT(CheckArms(Make("robots: {arm: {model: panda}}\nobjects:\n" + std::string(kTable))), IsEmpty());
+}
+
+// A stop that is requested while the arm's motions are planned is seen there, and what was found is kept.
+TEST(MotionFinds, APlanIsInterruptedWhileItsMotionsArePlanned) {
+  const scenario::Scenario scenario = Make("robots: {arm: {model: panda}}\nobjects:\n" + std::string(kTable));
+  std::atomic<bool> stop = false;
+  scenario::PlanningOverrides overrides;
+  overrides.stop = &stop;
+  const planning::Problem problem = scenario::MakeProblem(scenario, scenario.scene, overrides);
+  const planning::PlanReport report =
+      planning::PlanTask(problem, *scenario::MakeTask(scenario),
+                         [&](const planning::CandidateReport& candidate) { stop = candidate.feasible(); });
+  EXPECT_EQ(report.status, planning::PlanStatus::kInterrupted);
+  ASSERT_FALSE(report.candidates.empty());
+  EXPECT_TRUE(report.candidates[0].feasible());
+  EXPECT_FALSE(report.candidates[0].plan.steps[0].motion.has_value());
+
+  // Another limit is an outcome too.
+  stop = false;
+  planning::Plan plan = Plan(scenario).best()->plan;
+  planning::SearchOptions limited;
+  limited.memory_limit = 1;
+  const planning::MotionOutcome outcome = planning::PlanMotions(problem, planning::Limits(limited), &plan);
+  EXPECT_FALSE(outcome.found);
+  EXPECT_EQ(outcome.reached, Limit::kMemory);
 }
 
 // second_arm: an arm that stands still is an obstacle.

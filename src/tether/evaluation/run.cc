@@ -268,9 +268,6 @@ class Run {
       moment_.ended.push_back(runner_->plan().actions[ToIndex(ended_)]);
     for (const scenario::Event* event : disturber_.Disturb(moment_, truth_, runner_->held())) {
       Record(world_.time(), "disturbance", runner_->step(), event->Describe());
-      if (const auto* fault = std::get_if<robot::Fault>(&event->other))
-        faults_.Start(*fault, world_.time(), exact ? truth_ : estimate_, exact ? observations_ : sensed_,
-                      commands);
       if (const auto* goal = std::get_if<scenario::NewGoal>(&event->other)) ChangeGoal(*goal);
       if (const auto* fault = std::get_if<robot::Fault>(&event->other))
         faults_.Start(*fault, world_.time(), estimate, seen, commands);

@@ -22,9 +22,9 @@ class Standstill : public ::testing::TestWithParam<bool> {
  protected:
   Standstill() {
     const Eigen::VectorXd& home = model_->home();
-    scene_.robots.push_back({.name = "panda",
-                             .model = "panda",
-                             .q = std::vector<double>(home.data(), home.data() + home.size())});
+    scene::Robot& arm = scene_.robots.emplace_back();
+    arm.name = arm.model = "panda";
+    arm.q.assign(home.data(), home.data() + home.size());
     scene::Object board;
     board.name = "board";
     board.shape = geometry::Primitive(geometry::Box{{0.04, 0.5, 0.6}});

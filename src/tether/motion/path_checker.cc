@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "tether/common/limits.h"
 #include "tether/geometry/distance/distance.h"
 #include "tether/motion/kernel/sphere_kernel.h"
 #include "tether/robot/kinematics.h"
@@ -197,6 +198,7 @@ PathChecker::PathChecker(std::shared_ptr<const CollisionScene> scene, Lanes lane
 PathChecker::~PathChecker() = default;
 
 bool PathChecker::IsFree(const VectorXd& q) {
+  PollLimits();
   work_->SetSegment(q, q);
   work_->SetHalf(0);
   work_->query.t[0] = 0;
@@ -204,6 +206,7 @@ bool PathChecker::IsFree(const VectorXd& q) {
 }
 
 bool PathChecker::IsFree(const VectorXd& a, const VectorXd& b) {
+  PollLimits();
   Work& work = *work_;
   work.SetSegment(a, b);
   const double longest = work.part_path.maxCoeff();
@@ -223,5 +226,10 @@ bool PathChecker::IsFree(const VectorXd& a, const VectorXd& b) {
 const CollisionScene& PathChecker::scene() const { return *work_->scene; }
 int64_t PathChecker::checks() const { return work_->checks; }
 int64_t PathChecker::exact_checks() const { return work_->exact_checks; }
+
+std::string PathChecker::Why(const VectorXd& q) const {
+  const std::optional<Touch> touch = work_->scene->FindTouch(q);
+  return touch ? touch->Text() : "something is too near";
+}
 
 }  // namespace tether::motion

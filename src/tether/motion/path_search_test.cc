@@ -1,10 +1,13 @@
 #include "tether/motion/path_search.h"
 
+#include <atomic>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "testing/motion/random_scene.h"
 #include "testing/motion/slow_checker.h"
+#include "tether/common/limits.h"
 
 namespace tether::motion {
 namespace {
@@ -116,6 +119,66 @@ TEST(PathSearchTest, SaysWhatIsInTheWay) {
   EXPECT_EQ(path.status, PathStatus::kNoFreeGoal);
   EXPECT_THAT(path.reason, StartsWith("at the goal, link7 is "));
   EXPECT_TRUE(path.q.empty());
+}
+
+/// A wall across a square, x = 0, with a door at 0.7 < y < 0.9.
+PathProblem Room() {
+  PathProblem problem;
+  problem.lower = Eigen::Vector2d(-1, -1);
+  problem.upper = Eigen::Vector2d(1, 1);
+  problem.start = Eigen::Vector2d(-0.8, -0.5);
+  problem.goals = {Eigen::Vector2d(0.8, -0.5)};
+  problem.resolution = 0.02;
+  problem.range = 0.5;
+  problem.max_checks = 20'000;
+  problem.is_free = [](const VectorXd& q) {
+    return q.cwiseAbs().maxCoeff() <= 1 && (std::abs(q[0]) > 0.1 || (q[1] > 0.7 && q[1] < 0.9));
+  };
+  return problem;
+}
+
+TEST(PathSearchTest, APredicateLeadsThroughTheDoor) {
+  const PathProblem problem = Room();
+  const Path path = FindPath(problem), again = FindPath(problem);
+  ASSERT_EQ(path.status, PathStatus::kFound);
+  EXPECT_EQ(path.q.front(), problem.start);
+  EXPECT_EQ(path.q.back(), problem.goals[0]);
+  EXPECT_EQ(path.q, again.q);
+  EXPECT_EQ(path.checks, again.checks);
+  for (size_t i = 0; i + 1 < path.q.size(); ++i) {
+    for (int k = 0; k <= 200; ++k) {
+      const VectorXd q = path.q[i] + (path.q[i + 1] - path.q[i]) * (k / 200.0);
+      // Between checks it may cut a corner by less than the resolution.
+      EXPECT_TRUE(std::abs(q[0]) > 0.08 || (q[1] > 0.68 && q[1] < 0.92)) << q.transpose();
+    }
+  }
+}
+
+TEST(PathSearchTest, APredicateSaysWhyThereIsNone) {
+  PathProblem problem = Room();
+  problem.goals = {Eigen::Vector2d(0, 0)};
+  EXPECT_EQ(FindPath(problem).reason, "at the goal, something is too near");
+  problem.goals.push_back(Eigen::Vector2d(-0.8, 0.5));
+  EXPECT_EQ(FindPath(problem).goal, 1);
+  problem = Room();
+  problem.start = Eigen::Vector2d(0, 0);
+  EXPECT_EQ(FindPath(problem).status, PathStatus::kStartNotFree);
+  problem = Room();
+  problem.is_free = [](const VectorXd& q) { return std::abs(q[0]) > 0.1; };
+  problem.max_checks = 5000;
+  const Path none = FindPath(problem);
+  EXPECT_EQ(none.status, PathStatus::kGaveUp);
+  EXPECT_LT(none.checks, 5100);
+}
+
+TEST(PathSearchTest, EndsWhenAStopIsRequested) {
+  PathProblem problem = Room();
+  problem.is_free = [](const VectorXd& q) { return std::abs(q[0]) > 0.1; };
+  const std::atomic<bool> stop = true;
+  Limits limits;
+  limits.interrupted = &stop;
+  const LimitsScope scope(limits);
+  EXPECT_THROW(FindPath(problem), LimitReached);
 }
 
 TEST(PathSearchTest, GivesUpAtTheLimit) {

@@ -17,7 +17,7 @@ constexpr double kLeastGain = 0.02;
 constexpr double kCut = 0.25;
 
 /// From each corner on to the furthest that a free line leads to.
-void SkipCorners(PathChecker& checker, std::vector<VectorXd>& path) {
+void SkipCorners(LineChecker& checker, std::vector<VectorXd>& path) {
   std::vector<VectorXd> kept{path.front()};
   for (size_t i = 0; i + 1 < path.size();) {
     size_t next = path.size() - 1;
@@ -45,7 +45,7 @@ Place At(const std::vector<VectorXd>& path, double along) {
 
 }  // namespace
 
-void ShortenPath(const PathProblem& problem, PathChecker& checker, std::vector<VectorXd>& path) {
+void ShortenPath(const PathProblem& problem, LineChecker& checker, std::vector<VectorXd>& path) {
   SkipCorners(checker, path);
   Random random = Random(problem.seed).Split("shortcuts");
   for (int i = 0; i < problem.shortcuts && path.size() > 2; ++i) {
@@ -63,7 +63,7 @@ void ShortenPath(const PathProblem& problem, PathChecker& checker, std::vector<V
   }
 }
 
-void SmoothPath(int rounds, PathChecker& checker, std::vector<VectorXd>& path) {
+void SmoothPath(int rounds, LineChecker& checker, std::vector<VectorXd>& path) {
   for (int round = 0; round < rounds; ++round) {
     std::vector<VectorXd> smooth{path.front()};
     for (size_t i = 1; i + 1 < path.size(); ++i) {

@@ -8,10 +8,10 @@ namespace tether::motion {
 
 /// Leaves out corners and pieces of a free path where the straight line is free. Deterministic by the
 /// problem's seed.
-void ShortenPath(const PathProblem& problem, PathChecker& checker, std::vector<Eigen::VectorXd>& path);
+void ShortenPath(const PathProblem& problem, LineChecker& checker, std::vector<Eigen::VectorXd>& path);
 
 /// Replaces corners by two gentler ones where what is cut off is free: after `rounds`, turns are at most a
 /// 2^rounds-th, but for those that something is close to.
-void SmoothPath(int rounds, PathChecker& checker, std::vector<Eigen::VectorXd>& path);
+void SmoothPath(int rounds, LineChecker& checker, std::vector<Eigen::VectorXd>& path);
 
 }  // namespace tether::motion

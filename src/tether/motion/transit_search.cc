@@ -9,6 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "tether/common/limits.h"
 #include "tether/common/random.h"
 #include "tether/robot/posture.h"
 
@@ -31,12 +32,14 @@ constexpr double kMostTurn = 0.6;
 // from a limit, rad, or this least mobility of the hand, m/rad.
 constexpr double kLimitCost = 0.5, kLimitRoom = 0.25;
 constexpr double kSingularCost = 1, kSingular = 0.05, kRotationWeight = 0.2;
-// The share of the checks that may go to the preferred IK solution alone.
-constexpr double kPreferred = 0.3;
+// The share of the checks that may go to the preferred IK solution alone, and to the first goal's.
+constexpr double kPreferred = 0.25;
 // The ends of a known path are replaced if they are no further than this, rad.
 constexpr double kKnown = 0.3;
 // Rounds of cutting corners.
 constexpr int kSmoothing = 3;
+// How far trees grow at once where what is held stays upright, rad.
+constexpr double kTiltRange = 0.4, kTiltResolution = 0.03;
 // Leaving a start that touches: the deepest, m, steps of that many rad, and how many.
 constexpr double kDeepest = 0.02, kEscapeStep = 0.02;
 constexpr int kEscapeSteps = 20;
@@ -64,6 +67,7 @@ class TransitSearch {
 
   Transit Run() {
     FindCandidates();
+    if (problem_.tilt) KeepTilt();
     if (candidates_.empty()) {
       transit_.status = PathStatus::kNoFreeGoal;
       transit_.reason = "no joint angles were found for the hand there";
@@ -83,6 +87,19 @@ class TransitSearch {
   }
 
  private:
+  /// A tilt that the start or every goal exceeds is none that a path could keep.
+  void KeepTilt() {
+    TiltManifold manifold(problem_.snapshot.model, *problem_.tilt);
+    if (!manifold.Holds(problem_.start)) return;
+    std::vector<IkCandidate> kept;
+    for (const IkCandidate& candidate : candidates_) {
+      if (manifold.Holds(candidate.q)) kept.push_back(candidate);
+    }
+    if (kept.empty()) return;
+    candidates_ = std::move(kept);
+    tilt_.emplace(problem_.snapshot.model, *problem_.tilt);
+  }
+
   /// Costs of being at `q`, in seconds of detour.
   double CostOf(const VectorXd& q) {
     double cost = (q - problem_.start).cwiseAbs().cwiseQuotient(model_.max_velocity()).maxCoeff();
@@ -102,6 +119,7 @@ class TransitSearch {
     posture_problem_.X_BH = X_BH;
     posture_problem_.rest = rest;
     posture->q = from;
+    PollLimitsNow();
     solver_.Solve(posture_problem_, *posture);
     return posture->reaches() && posture->distance >= 0;
   }
@@ -120,6 +138,7 @@ class TransitSearch {
         posture_problem_.X_BH = X * math::ExpSE3(whole * (static_cast<double>(i) / steps));
         posture_problem_.rest = q;
         posture.q = q;
+        PollLimits();
         solver_.Solve(posture_problem_, posture, 25);
         if (posture.position_error > 1e-3 || posture.rotation_error > 5e-3 ||
             (posture.q - q).cwiseAbs().maxCoeff() > kMostTurn)
@@ -207,6 +226,11 @@ class TransitSearch {
     path_problem.seed = problem_.seed;
     path_problem.max_checks = checks;
     path_problem.smoothing = kSmoothing;
+    if (tilt_) {
+      path_problem.tilt = problem_.tilt;
+      path_problem.model = problem_.snapshot.model;
+      path_problem.range = kTiltRange;
+    }
     Path path = FindPath(path_problem);
     transit_.checks += path.checks;
     return path;
@@ -245,10 +269,11 @@ class TransitSearch {
     }
     if (first.size() > rounds.size()) rounds.push_back(first);
     if (free.size() > first.size()) rounds.push_back(free);
+    // Of what is left, half is kept for less clearance.
+    const double left = static_cast<double>(problem_.max_checks - transit_.checks) * (last ? 1 : 0.5);
     for (size_t round = 0; round < rounds.size(); ++round) {
       const bool end = round + 1 == rounds.size();
-      const auto checks =
-          static_cast<int64_t>(static_cast<double>(problem_.max_checks) * (end ? 1 : kPreferred));
+      const auto checks = static_cast<int64_t>(left * (end ? 1 - kPreferred : kPreferred));
       Path path = Find(start, rounds[round], checks);
       if (path.status != PathStatus::kFound) {
         transit_.status = path.status;
@@ -270,8 +295,11 @@ class TransitSearch {
     if (!fits) return false;
     path.front() = start;
     path.back() = goal.q;
+    std::optional<TiltChecker> upright;
+    if (tilt_) upright.emplace(checker, *tilt_, kTiltResolution);
+    LineChecker& all = upright ? static_cast<LineChecker&>(*upright) : checker;
     for (size_t i = 0; i + 1 < path.size(); ++i) {
-      if (!checker.IsFree(path[i], path[i + 1])) return false;
+      if (!all.IsFree(path[i], path[i + 1])) return false;
     }
     transit_.path = std::move(path);
     return true;
@@ -307,6 +335,7 @@ class TransitSearch {
   std::string in_the_way_;
   std::vector<IkCandidate> candidates_;
   std::shared_ptr<const CollisionScene> scene_;
+  std::optional<TiltManifold> tilt_;  // That the path keeps.
   Transit transit_;
 };
 

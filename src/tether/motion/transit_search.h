@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,12 +33,14 @@ struct TransitProblem {
   Snapshot snapshot;
   Eigen::VectorXd start;           ///< n, rad
   std::vector<TransitGoal> goals;  ///< The first is preferred; not empty.
+  /// The path keeps this, if the start and the goals do.
+  std::optional<TiltLimit> tilt = {};
   /// A path that was found earlier, from about the same start to about the first goal: it is used where it is
   /// still free, with its ends replaced. Empty: none.
   std::vector<Eigen::VectorXd> known;
   uint64_t seed = 1;
   int random_starts = 8;         ///< Of the search for IK solutions, besides those that suggest themselves.
-  int64_t max_checks = 400'000;  ///< As in PathProblem.
+  int64_t max_checks = 800'000;  ///< As in PathProblem: of all paths that are searched together.
 };
 
 struct Transit {
@@ -57,6 +60,7 @@ struct Transit {
 /// Finds IK solutions of the goals (several branches), prefers those near the start, far from joint limits
 /// and singularities, and searches a path to them, with rounded corners. A start that touches something by at
 /// most 2 cm is left first, so that what is touched gets no nearer. Deterministic; bounded by counted checks.
+/// Polls the limits of its thread.
 Transit FindTransit(const TransitProblem& problem);
 
 /// The least distance from anything along a path, m, at samples of 0.05 rad; `most` if it is more.

@@ -67,6 +67,36 @@ TEST(TransitSearchTest, AWallIsPassedAndTheSameProblemGivesTheSamePath) {
   EXPECT_EQ(transit.path, again.path);
 }
 
+// A cup: its axis stays upright along the path, which a straight line of the joints does not keep.
+TEST(TransitSearchTest, WhatIsHeldStaysUpright) {
+  const Vector3d up(0, 0, 1);
+  for (const bool wall : {false, true}) {
+    TransitProblem problem = Problem({}, Down(-0.35, 0.35, 0.5));
+    problem.goals[0].X_BH.R = math::ExpSO3(Vector3d(0, 0, 1.2)) * problem.goals[0].X_BH.R;
+    if (wall) problem.snapshot.obstacles = {Box("wall", {0.02, 0.5, 0.9}, {0.0, 0.45, 0.45})};
+    const Pose start = HandAt(problem.start);
+    const TiltLimit tilt{start.R.transpose() * up, up, 0.1};
+    const auto most = [&](const Transit& transit) {
+      TiltManifold manifold(Panda(), tilt);
+      double angle = 0;
+      for (size_t i = 0; i + 1 < transit.path.size(); ++i) {
+        for (int k = 0; k <= 50; ++k)
+          angle = std::max(
+              angle, manifold.Angle(transit.path[i] + (transit.path[i + 1] - transit.path[i]) * (k / 50.0)));
+      }
+      return angle;
+    };
+    const Transit free = FindTransit(problem);
+    ASSERT_TRUE(free.found()) << free.reason;
+    problem.tilt = tilt;
+    const Transit upright = FindTransit(problem);
+    ASSERT_TRUE(upright.found()) << upright.reason;
+    EXPECT_GT(most(free), 0.1);
+    EXPECT_LT(most(upright), 0.101);
+    ExpectFree(problem, upright);
+  }
+}
+
 TEST(TransitSearchTest, AKnownPathIsUsedWhileItIsFree) {
   TransitProblem problem = Problem({}, Down(0.45, 0.35, 0.2));
   const Transit direct = FindTransit(problem);

@@ -20,18 +20,22 @@ namespace {
 constexpr int kIpoptScenes = 50;
 constexpr int kMostScenes = 1000000;
 constexpr int kExecutedScenes = 67;  // of each of three kinds: 200 and one
+constexpr int kMotionScenes = 100;   // of each of those
 constexpr int kSeededRuns = 30;
 constexpr int kFewestBlocks = 3, kMostBlocks = 7;
+
+/// Kinds that ask for the motion of the whole arm: only where they are named.
+bool IsAboutMotion(const std::string& kind) { return kind == "around" || kind == "posts" || kind == "shelf"; }
 
 int ScenesOf(const CampaignOptions& options, const std::string& kind) {
   if (options.scenes) return *options.scenes;
   if (kind == "seeds") return kSeededRuns;
-  if (options.name == "execution") return kExecutedScenes;
+  if (options.name == "execution") return IsAboutMotion(kind) ? kMotionScenes : kExecutedScenes;
   return options.name == "robustness" ? 1000 : options.name == "growth" ? 1 : 100;
 }
 
 std::vector<std::string> KindsOf(const std::string& campaign) {
-  if (campaign == "execution") return {"reach", "stack", "clutter"};
+  if (campaign == "execution") return {"reach", "stack", "clutter", "around", "posts", "shelf"};
   if (campaign == "control") return {"seeds", "moved", "crossing"};
   if (campaign == "disturbed")
     return {"workspace_reach", "stacking", "tool_use", "hanoi", "parts", "cups", "assistive"};
@@ -53,7 +57,8 @@ std::vector<CampaignScene> Scenes(const CampaignOptions& options) {
   }
   for (const std::string& kind : KindsOf(options.name)) {
     const auto& kinds = options.kinds;
-    if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
+    if (kinds.empty() ? IsAboutMotion(kind) : std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+      continue;
     const auto count = static_cast<uint64_t>(ScenesOf(options, kind));
     for (uint64_t i = 0; i < count; ++i) {
       const uint64_t seed = options.seed + i;
@@ -125,7 +130,9 @@ std::vector<std::pair<std::string, std::string>> CampaignNames() {
       {"quality", "the cost against the best of random restarts; 100 of each kind"},
       {"warm", "solving again after an object was moved, from what was found before; 100 of each kind"},
       {"growth", "time per step and live object, for Hanoi with 3 to 7 blocks; 1 of each size"},
-      {"execution", "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter"},
+      {"execution",
+       "plans with the arm, executed in the simulation; 67 each of reach, stack and clutter, or 100 each of "
+       "around, posts and shelf"},
       {"control",
        "one scenario, with velocities or torques: 30 seeds, 100 with an obstacle moved, 100 with one "
        "crossing"},

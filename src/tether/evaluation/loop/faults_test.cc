@@ -104,7 +104,9 @@ void ExpectRecovery(const Scene& scene, Case given) {
   EXPECT_EQ(stopped, given.stops) << Story(run);
   const RunEvent* recovered = Find(run, "recovered", "");
   ASSERT_EQ(recovered != nullptr, given.stops) << Story(run);
-  if (recovered) EXPECT_GT(recovered->time, fault->time);
+  if (recovered) {
+    EXPECT_GT(recovered->time, fault->time);
+  }
   ExpectWithinLimits(run);
 }
 

@@ -16,15 +16,39 @@ constexpr double kRateChange = 5;
 constexpr double kMoved = 0.002, kTurned = 0.01;
 // The path ahead is looked at in pieces of so long, s, and keeps this share of the clearance.
 constexpr double kPiece = 0.04, kShare = 0.1;
+// Of a tilt, that paths keep.
+constexpr double kTiltShare = 0.9;
+// A velocity at the start is taken up within this time, s, or longer so that it asks for no more than this
+// share of the joints' accelerations.
+constexpr double kTakeUp = 0.12, kTakeUpShare = 0.5;
 
 }  // namespace
 
-ArmTransit::ArmTransit(const Situation& situation, const ArmTransitOptions& options)
+ArmTransit::ArmTransit(const Situation& situation, const ArmTransitOptions& options,
+                       const std::vector<control::ConstraintSpec>& constraints)
     : s_(situation),
       options_(options),
       state_(s_.model, s_.X_WB.R.transpose() * Eigen::Vector3d(0, 0, -robot::kGravity)) {
   const Eigen::Index n = s_.model->dof();
   joints_ = {s_.model->home(), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  for (const control::ConstraintSpec& spec : constraints) {
+    if (spec.kind == "tilt") tilts_.push_back(spec);
+  }
+}
+
+/// The tilt that holds now: of the hand, or of what it holds.
+std::optional<motion::TiltLimit> ArmTransit::FindTilt() const {
+  for (const control::ConstraintSpec& spec : tilts_) {
+    const bool of_held = s_.held != kNone && (spec.frame == "held" || spec.frame == s_.object_name(s_.held));
+    if (spec.frame != "hand" && !of_held) continue;
+    motion::TiltLimit tilt;
+    tilt.axis_H =
+        of_held ? Eigen::Vector3d(s_.X_WH.R.transpose() * s_.X_WO(s_.held).R * spec.axis) : spec.axis;
+    tilt.direction_B = s_.X_WB.R.transpose() * spec.from;
+    tilt.max = kTiltShare * spec.max;
+    return tilt;
+  }
+  return std::nullopt;
 }
 
 motion::Snapshot ArmTransit::TakeSnapshot() const {
@@ -48,8 +72,9 @@ motion::Snapshot ArmTransit::TakeSnapshot() const {
   return snapshot;
 }
 
-bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal> goals,
-                       const MovesWithHand& moves_with_hand, const std::vector<Eigen::VectorXd>* known) {
+bool ArmTransit::Begin(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                       std::vector<motion::TransitGoal> goals, const MovesWithHand& moves_with_hand,
+                       const std::vector<Eigen::VectorXd>* known) {
   active_ = braking_ = false;
   moves_with_hand_ = moves_with_hand;
   motion::TransitProblem problem;
@@ -58,6 +83,7 @@ bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal
   problem.goals = std::move(goals);
   problem.seed = static_cast<uint64_t>(s_.step) + 1;
   problem.max_checks = options_.max_checks;
+  problem.tilt = FindTilt();
   if (known != nullptr) problem.known = *known;
   transit_ = motion::FindTransit(problem);
   if (!transit_.found()) return false;
@@ -67,9 +93,29 @@ bool ArmTransit::Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal
   time_ = 0;
   rate_ = 1;
   next_look_ = 0;
-  trajectory_.Evaluate(0, &joints_);
+  TakeUpVelocity(v);
+  Evaluate();
   active_ = true;
   return true;
+}
+
+// The trajectory begins at rest: to it is added v t (1 − t/T)², which begins with the velocity v and ends at
+// rest, where it began.
+void ArmTransit::TakeUpVelocity(const Eigen::VectorXd& v) {
+  v_start_ = v;
+  // A motion so short begins at rest.
+  if (trajectory_.duration() < kTakeUp) v_start_.setZero();
+  const double most = v.cwiseAbs().cwiseQuotient(kTakeUpShare * s_.model->max_acceleration()).maxCoeff();
+  take_up_time_ = std::min(std::max(kTakeUp, 4 * most), trajectory_.duration());
+}
+
+void ArmTransit::Evaluate() {
+  trajectory_.Evaluate(time_, &joints_);
+  if (time_ >= take_up_time_) return;
+  const double u = time_ / take_up_time_;
+  joints_.q += v_start_ * (time_ * (1 - u) * (1 - u));
+  joints_.v += v_start_ * ((1 - u) * (1 - 3 * u));
+  joints_.a += v_start_ * ((6 * u - 4) / take_up_time_);
 }
 
 void ArmTransit::Time(motion::Snapshot snapshot) {
@@ -105,7 +151,7 @@ void ArmTransit::Advance(double dt, double rate) {
   const double wanted = braking_ ? 0 : std::clamp(rate, 0.0, 1.0);
   rate_ += std::clamp(wanted - rate_, -kRateChange * dt, kRateChange * dt);
   time_ += rate_ * dt;
-  trajectory_.Evaluate(time_, &joints_);
+  Evaluate();
   joints_.v *= rate_;
   joints_.a *= rate_ * rate_;
 }

@@ -2,9 +2,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tether/control/constraint_spec.h"
+#include "tether/execution/reference/arm_transit_options.h"
 #include "tether/execution/servo/situation.h"
 #include "tether/motion/trajectory.h"
 #include "tether/motion/transit_search.h"
@@ -12,31 +15,22 @@
 
 namespace tether::execution {
 
-struct ArmTransitOptions {
-  double clearance = 0.01;          ///< That paths keep from everything where there is room, m.
-  int64_t max_checks = 300'000;     ///< Of configurations, per path.
-  double velocity_share = 0.75;     ///< Of the joints' greatest velocities …
-  double acceleration_share = 0.7;  ///< … accelerations …
-  double jerk_share = 0.5;          ///< … and jerks.
-  double hand_speed = 1.2;          ///< m/s
-  double hand_acceleration = 8;     ///< m/s² …
-  double held_acceleration = 5;     ///< … and with something in the hand.
-  double look_ahead_period = 0.02;  ///< The path ahead is checked so often, s.
-};
-
 /// The motion of the whole arm from where it stands to a pose of the hand: found around everything that
 /// stands there, timed, followed sample by sample, watched, and braked when something comes into it. The
 /// same whatever follows it.
 class ArmTransit {
  public:
-  ArmTransit(const Situation& situation, const ArmTransitOptions& options);
+  /// `constraints`: those of the scenario; paths keep its tilts, not the others.
+  ArmTransit(const Situation& situation, const ArmTransitOptions& options,
+             const std::vector<control::ConstraintSpec>& constraints);
 
   /// Whether an object moves with the hand: what is held, and what stands on that.
   using MovesWithHand = std::function<bool(ObjectId object)>;
 
-  /// Finds a motion from `q` (at rest) to one of the goals. False, with why() and blocker() set, if there is
-  /// none. `known`: the plan's path, which is used if it is still free; may be null.
-  bool Begin(const Eigen::VectorXd& q, std::vector<motion::TransitGoal> goals,
+  /// Finds a motion from `q`, where the arm moves at `v`, to one of the goals. False, with why() and
+  /// blocker() set, if there is none. `known`: the plan's path, which is used if it is still free; may be
+  /// null.
+  bool Begin(const Eigen::VectorXd& q, const Eigen::VectorXd& v, std::vector<motion::TransitGoal> goals,
              const MovesWithHand& moves_with_hand, const std::vector<Eigen::VectorXd>* known = nullptr);
   bool active() const { return active_; }
   void Stop() { active_ = false; }
@@ -55,6 +49,8 @@ class ArmTransit {
 
   /// n: where the joints shall be now.
   const motion::JointReference& joints() const { return joints_; }
+  /// n: where they shall be in the end.
+  const Eigen::VectorXd& end() const { return transit_.path.back(); }
   int goal() const { return transit_.goal; }  ///< Index of the goal that the path leads to.
   std::string Describe() const;               ///< "1.2 s along 5 configurations"
   motion::PathStatus status() const { return transit_.status; }
@@ -63,10 +59,14 @@ class ArmTransit {
 
  private:
   motion::Snapshot TakeSnapshot() const;
+  std::optional<motion::TiltLimit> FindTilt() const;
   void Time(motion::Snapshot snapshot);
+  void TakeUpVelocity(const Eigen::VectorXd& v);
+  void Evaluate();
 
   const Situation& s_;
   const ArmTransitOptions options_;
+  std::vector<control::ConstraintSpec> tilts_;
   robot::State state_;
   MovesWithHand moves_with_hand_;
   motion::Transit transit_;
@@ -75,6 +75,8 @@ class ArmTransit {
   IndexedVector<ObjectId, math::Pose> seen_;  ///< The objects' poses when the path was last found free.
   bool active_ = false, braking_ = false;
   double time_ = 0, rate_ = 1, next_look_ = 0;
+  Eigen::VectorXd v_start_;  ///< How the arm moved as the transit began …
+  double take_up_time_ = 0;  ///< … which has ended after this time, s.
 };
 
 }  // namespace tether::execution

@@ -40,11 +40,11 @@ double ReferenceServo::FindRoom() const {
 void ReferenceServo::LimitMotion(MotionLimits* limits) {
   const double asked = std::min(limits->speed, now_.speed > 0 ? now_.speed : limits->speed);
   limits->speed = asked;
-  if (!s_.in_plan() || s_.recovering || s_.current().push || now_.transit) return;
+  if (!s_.in_plan() || s_.recovering || now_.transit) return;
   const planning::Verb& verb = s_.verbs()[s_.verb];
   const bool shifts = std::holds_alternative<planning::ShiftVerb>(verb);
-  const bool approaches =
-      std::holds_alternative<planning::ReachVerb>(verb) && s_.verb > s_.current().first_reach;
+  const bool approaches = std::holds_alternative<planning::ReachVerb>(verb) &&
+                          s_.verb > s_.current().first_reach && !s_.current().push;
   if (!shifts && !approaches) return;
   if (tick_ % kTicks == 0 || room_ < 0) room_ = FindRoom();
   const double beyond = std::max(0.0, room_ - kNear);

@@ -13,6 +13,11 @@ constexpr double kNear = 0.02, kNearTurned = 0.1;
 constexpr double kMoved = 0.02, kMovedTurned = 0.15;
 // … as often as this in a reach; then the hand goes straight.
 constexpr int kMostTransits = 6;
+// This near to the end of a path the hand may turn into the approach, m and rad, if it lags by no more than
+// this and has this room about it, m.
+constexpr double kCorner = 0.03, kCornerTurn = 0.15, kCornerLag = 0.01, kCornerRoom = 0.04;
+// So much of a shift may be cut off, m, and as a share of it.
+constexpr double kCutOff = 0.02, kCutOffShare = 0.25;
 
 const math::Pose& HalfTurn() {
   static const math::Pose turn(math::ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi)),
@@ -22,7 +27,8 @@ const math::Pose& HalfTurn() {
 
 }  // namespace
 
-void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from) {
+void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from,
+                                  const Eigen::VectorXd& velocity) {
   ++transits_;
   const math::Pose X_WT = X_WF(frame_);
   const bool choose = s_.current().tool == kNone && s_.held == kNone;
@@ -50,7 +56,7 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
     if (choose) add(HalfTurn(), false, above);
     const std::optional<planning::StepMotion>& planned = s_.plan_step().motion;
     return transit_.Begin(
-        from, std::move(goals), [this](ObjectId object) { return MovesWithHand(object); },
+        from, velocity, std::move(goals), [this](ObjectId object) { return MovesWithHand(object); },
         planned ? &planned->path : nullptr);
   };
   // Where what is held touches something at the goal, the path ends above.
@@ -86,7 +92,7 @@ void ReferenceServo::WatchTransit(const planning::ReachVerb& verb) {
   if (!transit_.at_rest()) return;
   const Eigen::VectorXd from = transit_.joints().q;
   LeaveTransit();
-  if (transits_ < kMostTransits) BeginTransit(verb, from);
+  if (transits_ < kMostTransits) BeginTransit(verb, from, Eigen::VectorXd::Zero(from.size()));
 }
 
 void ReferenceServo::FollowTransit(double rate) {
@@ -119,8 +125,38 @@ void ReferenceServo::FollowTransit(double rate) {
 void ReferenceServo::LeaveTransit() {
   if (!transit_.active()) return;
   transit_.Stop();
-  // The elbow stays where the path has led it.
-  posture_ = posture_goal_ = transit_.joints().q;
+  // The elbow stays where the path leads it.
+  posture_ = transit_.joints().q;
+  posture_goal_ = transit_.braking() ? posture_ : transit_.end();
+}
+
+// At the end of its path the hand turns into the approach without a stop, where there is room beside the
+// corner: the funnel holds it back until it is on the line.
+bool ReferenceServo::TurnsIntoApproach() {
+  if (!transit_.active() || transit_.braking() || s_.verb + 1 >= static_cast<int>(s_.verbs().size()) ||
+      !std::holds_alternative<planning::ReachVerb>(s_.verbs()[ToIndex(s_.verb + 1)]))
+    return false;
+  const math::Pose& X_TR = reference_.X_TR();
+  if ((X_TR.p - now_.X_TG.p).norm() > kCorner || math::AngleBetween(X_TR.R, now_.X_TG.R) > kCornerTurn ||
+      (transit_.end() - transit_.joints().q).cwiseAbs().maxCoeff() > kCornerTurn ||
+      (X_WR().p - s_.X_WH.p).norm() > kCornerLag)
+    return false;
+  return FindRoom() > kCornerRoom;
+}
+
+// A lift or retreat whose last stretch is left is cut short by the transit that follows.
+bool ReferenceServo::TurnsIntoTransit(double left) const {
+  if (s_.recovering || s_.verb + 1 < static_cast<int>(s_.verbs().size()) || s_.step + 1 >= s_.num_steps() ||
+      left > std::min(kCutOff, kCutOffShare * now_.length))
+    return false;
+  const ResolvedStep& next = s_.steps[s_.step + 1];
+  if (next.push) return false;
+  for (const planning::Verb& verb : s_.plan_step(s_.step + 1).execute) {
+    if (const auto* reach = std::get_if<planning::ReachVerb>(&verb)) return !reach->until_contact;
+    const auto* gripper = std::get_if<planning::GripperVerb>(&verb);
+    if (gripper == nullptr || !gripper->close_on.empty()) return false;
+  }
+  return false;
 }
 
 }  // namespace tether::execution

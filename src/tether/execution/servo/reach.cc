@@ -29,6 +29,8 @@ constexpr double kAskAfter = 0.4;
 constexpr double kMoved = 0.02, kTurned = 0.1;
 // A hand that moves faster than this relative to its target has not stalled, m/s and rad/s.
 constexpr double kMoving = 0.01, kTurning = 0.05;
+// A reference this near to the line of its approach is on it, m.
+constexpr double kAligned = 0.004;
 // Time constant with which slip in the hand is followed, s.
 constexpr double kSlipTime = 0.05;
 
@@ -121,7 +123,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
 
   now_.X_TH_start = reference_.X_TR();
   if (s_.current().push) EnterPush();
-  if (IsFreeMotion()) BeginTransit(verb, s_.q);
+  if (IsFreeMotion()) BeginTransit(verb, s_.q, s_.v);
   const Eigen::Vector3d path = (X_TTool * X_ToolHand_).p - reference_.X_TR().p;
   const bool moves = path.norm() > 0.002;
   now_.approach_T = moves ? Eigen::Vector3d(path.normalized()) : Eigen::Vector3d(-X_WT.R.row(2).transpose());
@@ -134,7 +136,7 @@ void ReferenceServo::EnterReach(const planning::ReachVerb& verb) {
   const Eigen::Vector3d stretch = (X_TTool * X_ToolHand_).p - (ToolGoal(*before) * X_ToolHand_).p;
   if (stretch.norm() < 0.005) return;
   now_.funnel_length = stretch.norm();
-  now_.funnel_T = stretch.normalized();
+  now_.funnel_T = now_.approach_T = stretch.normalized();
 }
 
 // Whether no joint positions within their limits bring the hand there: proved by the lengths of the links, or
@@ -201,7 +203,7 @@ Progress ReferenceServo::Reach(const planning::ReachVerb& verb) {
           std::max(kArrivedAngle, 0.2 * verb.rotation_tolerance);
   const bool slow = HandVelocity().head<3>().norm() < std::min(kSlow, kSlowRate * verb.position_tolerance);
   const bool there = position_error < verb.position_tolerance && rotation_error < verb.rotation_tolerance;
-  if (arrived && slow && there) return Progress::Done();
+  if ((arrived && slow && there) || TurnsIntoApproach()) return Progress::Done();
   // At the end of its path the arm is at rest but for what the controller lags: the next motion takes that
   // up.
   if (path_ended_ && position_error < std::max(kPathEnd, verb.position_tolerance) &&
@@ -235,6 +237,13 @@ Progress ReferenceServo::ReachUntilContact(const planning::ReachVerb& verb, doub
   const math::Pose X_TH_goal = now_.X_TG;
   now_.X_TG.p += options_.contact_search * now_.approach_T;
   force_W_ = s_.X_WB.R * HandWrench(state_, s_.tau_external).head<3>();
+  if (!now_.aligned) {
+    // What is felt while the hand turns into the approach is its own inertia.
+    const Eigen::Vector3d offset = reference_.X_TR().p - X_TH_goal.p;
+    now_.aligned =
+        now_.funnel_length == 0 || (offset - now_.funnel_T * now_.funnel_T.dot(offset)).norm() < kAligned;
+    contact_.Start();
+  }
   const bool felt = contact_.Update(force_W_, X_WT.R * now_.approach_T, shared_.period);
   const bool stalled = Stalled(position_error + 0.2 * rotation_error);
   const bool arrived =
@@ -271,12 +280,14 @@ Progress ReferenceServo::Shift(const planning::ShiftVerb& verb) {
       R = reference_.X_TR().R;
     if (verb.in == In::kControl && s_.current().control != kNone) R = X_WO(s_.current().control).R;
     now_.X_TG.p += R * verb.by;
+    now_.length = verb.by.norm();
   }
   GoAlong();
   const double error = (s_.X_WH.p - X_WF(frame_) * now_.X_TG.p).norm();
   const bool arrived = (reference_.X_TR().p - now_.X_TG.p).norm() < 0.2 * kShiftTolerance;
   if (arrived && error < kShiftTolerance && HandVelocity().head<3>().norm() < 2 * kSlow)
     return Progress::Done();
+  if (TurnsIntoTransit(error)) return Progress::Done();
   if (!Stalled(error)) return Progress::Running();
   s_.Record(EventKind::kStalled, "the shift ends " + Length(error) + " from where it led" + WhatHoldsUp());
   ResetReferenceToHand();

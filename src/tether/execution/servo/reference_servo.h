@@ -55,6 +55,8 @@ struct VerbState {
   double slope = 0;             ///< Tangent of the angle to it that a push may have and not slip.
   /// What a pushed object has to be led beside its line so that it stays on it, m per kLookAhead.
   Eigen::Vector3d drift_T = Eigen::Vector3d::Zero();
+  double length = 0;     ///< Of a shift, m.
+  bool aligned = false;  ///< The reference has come to the line of the approach.
 };
 
 /// Moves the hand by torques: it is servoed to a reference that moves, in the frame of the step's target,
@@ -138,13 +140,19 @@ class ReferenceServo final : public Servo {
   void LimitMotion(MotionLimits* limits);
 
   // arm_motion.cc: transits of the whole arm.
-  /// Plans one to the verb's goal, unless that is near. `from`: the arm's configuration, at rest.
-  void BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from);
+  /// Plans one to the verb's goal, unless that is near. `from`: the arm's configuration.
+  /// `velocity`: how it moves there.
+  void BeginTransit(const planning::ReachVerb& verb, const Eigen::VectorXd& from,
+                    const Eigen::VectorXd& velocity);
   /// Brakes where the goal has moved or something came into the path; at rest, plans anew.
   void WatchTransit(const planning::ReachVerb& verb);
   /// The reference follows the transit for a tick, at a share of its speed.
   void FollowTransit(double rate);
   void LeaveTransit();
+  /// Whether the present reach may end in motion, at its pregrasp …
+  bool TurnsIntoApproach();
+  /// … and the present shift, of which so much is left, m.
+  bool TurnsIntoTransit(double left) const;
 
   // push.cc
   void EnterPush();

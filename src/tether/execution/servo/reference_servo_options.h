@@ -3,7 +3,7 @@
 #include "tether/common/error.h"
 #include "tether/control/operational_space.h"
 #include "tether/execution/observer/contact_detector.h"
-#include "tether/execution/reference/arm_transit.h"
+#include "tether/execution/reference/arm_transit_options.h"
 #include "tether/execution/reference/pose_reference.h"
 #include "tether/execution/reference/transit.h"
 #include "tether/execution/servo/torque_servo.h"

@@ -2,7 +2,7 @@
 
 #include "tether/common/random.h"
 #include "tether/execution/servo/velocity_servo.h"
-#include "tether/motion/joint_path.h"
+#include "tether/motion/path_search.h"
 
 namespace tether::execution {
 namespace {
@@ -17,6 +17,11 @@ constexpr int kSteps = 200;
 constexpr double kStep = 0.05;  // s
 // Rows may be violated by this much where a detour begins and ends, m or rad …
 constexpr double kTolerance = 1e-3;
+// The search: configurations that are looked at, how far trees grow at once, rad, and tries at cutting off
+// pieces.
+constexpr int64_t kMaxChecks = 20'000;
+constexpr double kRange = 0.5;
+constexpr int kShortcuts = 60;
 // … and have this to spare further than kEnd from there, if possible: the controller has to follow, m or rad.
 constexpr double kSpare = 0.003, kEnd = 0.15;
 
@@ -25,18 +30,34 @@ constexpr double kSpare = 0.003, kEnd = 0.15;
 namespace {
 
 /// Why no path was found.
-std::string Explain(const motion::JointPath& path) {
+std::string Explain(const motion::Path& path) {
   switch (path.status) {
-    case motion::JointPathStatus::kFound:
+    case motion::PathStatus::kFound:
       break;
-    case motion::JointPathStatus::kNoFreeGoal:
+    case motion::PathStatus::kNoFreeGoal:
       return "the arm would touch something wherever it gets there";
-    case motion::JointPathStatus::kStartNotFree:
+    case motion::PathStatus::kStartNotFree:
       return "the arm is too near to something where it stands";
-    case motion::JointPathStatus::kGaveUp:
+    case motion::PathStatus::kGaveUp:
       return "none was found in " + std::to_string(path.checks) + " checks";
   }
   return "";
+}
+
+/// For steps of kStep along a goal that nothing obstructs.
+control::VelocityOptions WithoutObstacles(control::VelocityOptions options) {
+  options.gain = options.field_gain = 0.5 / kStep;
+  options.escape_speed = 1;
+  options.ramp = 0;
+  options.self_distance = 0;
+  return options;
+}
+
+/// The pairs that a body is of; none for −1.
+std::vector<std::pair<int, int>> PairsOf(int body, std::vector<std::pair<int, int>> pairs) {
+  std::erase_if(pairs,
+                [body](const auto& pair) { return body < 0 || (pair.first != body && pair.second != body); });
+  return pairs;
 }
 
 }  // namespace
@@ -56,18 +77,13 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   std::vector<control::FieldConstraint> fields =
       BuildConstraints(options_.constraints, control_scene_, bodies).fields;
   fields.insert(fields.end(), verb_fields_.begin(), verb_fields_.end());
-  control::VelocityOptions free_options = options_.controller;
-  free_options.gain = free_options.field_gain = 0.5 / kStep;
-  free_options.escape_speed = 1;
-  free_options.ramp = 0;
-  free_options.self_distance = 0;
   control::ConstrainedVelocity follower(s_.model, control_scene_.X_WBase(), control_scene_.solids(), {},
-                                        fields, free_options);
+                                        fields, WithoutObstacles(options_.controller));
   if (s_.held.valid()) follower.Hold(s_.held.value());
   control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
   Random random(static_cast<uint64_t>(s_.step) + 1);
-  motion::JointPathProblem problem;
+  motion::PathProblem problem;
   for (int start = 0; start < kStarts; ++start) {
     VectorXd end = s_.q;
     for (int i = 0; i < end.size() && start > 0; ++i) {
@@ -91,12 +107,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   // What the hand may touch where it gets to, it keeps away from on the way there.
   control::ConstrainedVelocity probe = MakeController(), probe_between = MakeController();
   probe.Allow(allowed_bodies_);
-  std::vector<std::pair<int, int>> between;
-  for (const auto& [a, b] : allowed_bodies_) {
-    const int held = s_.held.valid() ? bodies.object(s_.held.value()) : -1;
-    if (held >= 0 && (a == held || b == held)) between.emplace_back(a, b);
-  }
-  probe_between.Allow(between);
+  probe_between.Allow(PairsOf(s_.held.valid() ? bodies.object(s_.held.value()) : -1, allowed_bodies_));
   if (s_.held.valid()) {
     probe.Hold(s_.held.value());
     probe_between.Hold(s_.held.value());
@@ -106,6 +117,9 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   problem.upper = (s_.model->upper().array() - margin).matrix();
   problem.start = s_.q;
   problem.seed = static_cast<uint64_t>(s_.step) + 1;
+  problem.max_checks = kMaxChecks;
+  problem.range = kRange;
+  problem.shortcuts = kShortcuts;
   double spare = kSpare;
   problem.is_free = [&](const VectorXd& where) {
     bool at_end = (where - s_.q).cwiseAbs().maxCoeff() < kEnd;
@@ -120,12 +134,17 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
     }
     return !rows.flags().fault;
   };
-  motion::JointPath found = motion::FindJointPath(problem);
-  if (found.status == motion::JointPathStatus::kGaveUp) {
+  // The end of the branch that the arm is in first, then any.
+  motion::PathProblem first = problem;
+  first.goals.resize(1);
+  first.max_checks = kMaxChecks / 4;
+  motion::Path found = motion::FindPath(first);
+  if (found.status != motion::PathStatus::kFound) found = motion::FindPath(problem);
+  if (found.status == motion::PathStatus::kGaveUp) {
     spare = 0;
-    found = motion::FindJointPath(problem);
+    found = motion::FindPath(problem);
   }
-  if (found.status != motion::JointPathStatus::kFound) why = Explain(found);
+  if (found.status != motion::PathStatus::kFound) why = Explain(found);
   return std::move(found.q);
 }
 

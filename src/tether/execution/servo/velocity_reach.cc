@@ -246,8 +246,10 @@ Progress VelocityServo::Reach(const planning::ReachVerb& reach) {
     entered_ = true;
     goal_->speed = std::min(speed_, kFirstSpeed);
     goal_->turn_speed = options_.turn_speed;
+    if (IsFreeMotion(reach)) BeginTransit(reach);
     return Progress::Running();
   }
+  if (transit_.active()) return FollowTransit(reach);
   if (!path_.empty()) return WatchProgress(0);
   goal_->speed = std::min(speed_, kFirstSpeed + options_.acceleration * (s_.time - watch_.start()));
   const double error_m = controller_.error_m(), error_rad = controller_.error_rad();

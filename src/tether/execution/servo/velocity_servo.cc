@@ -11,6 +11,16 @@ namespace {
 // What happens again within this time is one event, s.
 constexpr double kSameEvent = 1.0;
 
+/// Paths keep the greatest distance that the scenario asks for, where there is room.
+ArmTransitOptions WithDistances(const VelocityServoOptions& options) {
+  ArmTransitOptions arm;
+  for (const control::ConstraintSpec& spec : options.constraints) {
+    if (spec.kind == "clearance")
+      arm.clearance = std::max(arm.clearance, spec.distance + options.controller.buffer);
+  }
+  return arm;
+}
+
 }  // namespace
 
 void VelocityServoOptions::Check(Diagnostics* diagnostics) const {
@@ -32,10 +42,13 @@ VelocityServo::VelocityServo(Situation& situation,
       controller_(MakeController()),
       watch_(shared_.watch()),
       goal_search_(s_.model),
+      transit_(s_, WithDistances(options_), options_.constraints),
       supports_(s_, SupportDistances(options_)),
       after_contact_(s_, supports_),
       kinematics_(s_.model),
       J_BH_(6, s_.model->dof()) {
+  for (const control::ConstraintSpec& spec : options_.constraints)
+    has_fields_ = has_fields_ || spec.kind == "outside";
   if (options_.torques) MakeDrive();
 }
 
@@ -79,12 +92,13 @@ void VelocityServo::Begin() { s_.gripper.opening = s_.model->gripper().max_openi
 void VelocityServo::BeginStep() {
   grasp_.reset();
   path_.clear();
-  detours_ = 0;
+  detours_ = transits_ = 0;
   BeginVerb();
   UpdateAllowed();
 }
 
 void VelocityServo::BeginVerb() {
+  transit_.Stop();
   entered_ = false;
   braked_since_ = -1;
   goal_.reset();
@@ -132,6 +146,7 @@ void VelocityServo::Resume() {
 void VelocityServo::Stop() {
   goal_.reset();
   path_.clear();
+  transit_.Stop();
   if (s_.in_plan()) return;
   BeginVerb();
   UpdateAllowed();

@@ -11,6 +11,7 @@
 #include "tether/execution/contact/supports.h"
 #include "tether/execution/contact/touch.h"
 #include "tether/execution/reference/goal_search.h"
+#include "tether/execution/reference/arm_transit.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
@@ -20,9 +21,10 @@
 
 namespace tether::execution {
 
-/// Moves the arm by joint velocities, or torques, under constraints (paper B, section 3.2): nothing is
-/// planned between key poses; each verb is an objective of control::ConstrainedVelocity, and walls, objects
-/// and limits are kept at every tick, for the links and for what is held.
+/// Moves the arm by joint velocities, or torques, under constraints (paper B, section 3.2). With velocities a
+/// step begins with a transit of the whole arm, where nothing but clearances constrains it; else each verb is
+/// an objective of control::ConstrainedVelocity, and walls, objects and limits are kept at every tick, for
+/// the links and for what is held.
 ///
 /// - Steps may have regions as targets: a reach then brings the control frame above the region, into it if it
 ///   is solid, or a held object onto its plane, within the point-cone if the verb asks for one.
@@ -100,6 +102,14 @@ class VelocityServo final : public Servo {
   /// reaches across.
   Eigen::Vector3d FootOf(ObjectId object, const Eigen::Vector3d& up_W, double* radius) const;
 
+  // velocity_transit.cc
+  bool IsFreeMotion(const planning::ReachVerb& reach) const;
+  /// The hand at a reach of a step to a frame, in the base frame.
+  math::Pose HandGoal(const planning::ReachVerb& reach, const math::Pose& X_TC) const;
+  /// Plans one to the verb's goal, where the verb is a free motion and the goal is not near.
+  void BeginTransit(const planning::ReachVerb& reach);
+  Progress FollowTransit(const planning::ReachVerb& reach);
+
   // velocity_progress.cc
   Progress WatchProgress(double error);
   Progress Stall();
@@ -124,6 +134,10 @@ class VelocityServo final : public Servo {
   std::unique_ptr<TorqueDrive> drive_;  ///< Where the arm is driven by torques.
   ProgressWatch watch_;
   GoalSearch goal_search_;
+  ArmTransit transit_;
+  int transits_ = 0;         ///< Planned for the present step.
+  math::Pose X_BGoal_;       ///< Of the hand, as the transit was planned.
+  bool has_fields_ = false;  ///< The scenario constrains frames to be outside of something.
 
   bool placed_ = false;       ///< The controller has seen the arm.
   bool entered_ = false;      ///< The present motion.

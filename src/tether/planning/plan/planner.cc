@@ -84,18 +84,17 @@ class Planner {
     CandidateReport& best = report_.candidates[order.front()];
     if (!best.feasible()) return false;
     const double begin = limits_.Elapsed();
-    const MotionOutcome outcome = PlanMotions(problem_, &best.plan);
+    const MotionOutcome outcome = PlanMotions(problem_, limits_, &best.plan);
     report_.motion_s += limits_.Elapsed() - begin;
-    if (outcome.found) return false;
+    without_motion_ = outcome.reached;
+    if (outcome.found || outcome.reached) return false;
     const PlanStep& step = best.plan.steps[outcome.step];
     best.status = CandidateStatus::kGaveUp;
-    best.reason = step.action + ": " + outcome.reason;
     const std::vector<ActionId> actions = sequences_[order.front()];
     Verdict verdict;
-    verdict.report.reason = best.reason;
+    verdict.report.reason = best.reason = step.action + ": " + outcome.reason;
     verdict.failing_actions = static_cast<size_t>(step.action_index) + 1;
-    const scene::Object* blocker = problem_.scene.FindObject(outcome.blocker);
-    if (blocker != nullptr && blocker->movable()) verdict.unmoved = {facts_.frames().Find(blocker->name)};
+    for (const std::string& name : outcome.blockers) verdict.unmoved.push_back(facts_.frames().Find(name));
     fates_[actions] = Fate::kFailed;
     const auto cost = std::find(costs_.begin(), costs_.end(), best.plan.cost);
     if (cost != costs_.end()) costs_.erase(cost);
@@ -305,9 +304,7 @@ class Planner {
     pruned.status = CandidateStatus::kPruned;
     pruned.plan.actions = ActionNames(task_, actions);
     pruned.bound = bound;
-    char text[64];
-    FormatInto(text, sizeof text, "it costs at least %.4f", bound);
-    pruned.reason = text;
+    pruned.reason = "it costs at least " + Fixed(bound, 4);
     if (on_candidate_) on_candidate_(pruned);
     sequences_.push_back(actions);
     report_.candidates.push_back(std::move(pruned));
@@ -384,7 +381,8 @@ class Planner {
   const CandidateCallback& on_candidate_;
   const Limits limits_;
   const LimitsScope scope_;
-  std::optional<Limit> reached_;  // The limit that ended the search.
+  std::optional<Limit> reached_;         // The limit that ended the search …
+  std::optional<Limit> without_motion_;  // … and the one before the motions of the best plan were found.
   const SceneFacts facts_;
   const BoundActions bound_;
   SkeletonSource source_;
@@ -477,6 +475,10 @@ void Planner::Conclude() {
       report_.message = std::string(task::Describe(ended));
     }
   }
+  if (without_motion_) {
+    report_.status = PlanStatus::kGaveUp;
+    report_.message = std::string(Describe(*without_motion_)) + " before the arm's motion was found";
+  }
   if (limits_.Stopped()) report_.status = PlanStatus::kInterrupted;
 }
 
@@ -488,8 +490,7 @@ PlanReport PlanTask(const Problem& problem, const symbolic::Task& task,
     return Planner(problem, task, on_candidate).Run();
   } catch (const LimitReached& reached) {  // before the search began
     PlanReport report;
-    const bool interrupted = reached.limit() == Limit::kInterrupted;
-    report.status = interrupted ? PlanStatus::kInterrupted : PlanStatus::kGaveUp;
+    report.status = reached.limit() == Limit::kInterrupted ? PlanStatus::kInterrupted : PlanStatus::kGaveUp;
     report.message = reached.what();
     return report;
   }

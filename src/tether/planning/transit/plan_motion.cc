@@ -1,6 +1,7 @@
 #include "tether/planning/transit/plan_motion.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 #include <variant>
@@ -8,6 +9,7 @@
 #include "tether/common/limits.h"
 #include "tether/constraints/core/context.h"
 #include "tether/geometry/polygon/support.h"
+#include "tether/motion/path_checker.h"
 #include "tether/motion/start_check.h"
 #include "tether/motion/trajectory.h"
 #include "tether/motion/transit_search.h"
@@ -24,7 +26,9 @@ using math::Pose;
 
 // Paths keep this from everything where there is room, m.
 constexpr double kClearance = 0.01;
-constexpr int64_t kMaxChecks = 400'000;
+constexpr int64_t kMaxChecks = 800'000;
+// Beyond the time limit of the search, motions of what it has found may take this share of it, and this, s.
+constexpr double kGrace = 0.1, kLeastGrace = 0.1;
 // Samples of straight motions, m.
 constexpr double kSpacing = 0.03;
 // The hand's acceleration with something in it and without, m/s²; it opens or closes within this, s.
@@ -156,7 +160,7 @@ class MotionPlanner {
       if (raised.found()) transit = raised;
     }
     if (!transit.found()) {
-      outcome_ = {false, t, "on the way there, " + transit.reason, transit.blocker};
+      outcome_ = {false, t, "on the way there, " + transit.reason, FindBlockers(transit_problem)};
       return false;
     }
     if (!transit.near) step.q = transit.end;
@@ -166,6 +170,32 @@ class MotionPlanner {
     motion.path = std::move(transit.path);
     step.motion = std::move(motion);
     return true;
+  }
+
+  /// The movable objects that the motion leads through which there is without them; none if there is none.
+  std::vector<std::string> FindBlockers(motion::TransitProblem blocked) const {
+    std::vector<motion::Obstacle> movable;
+    std::erase_if(blocked.snapshot.obstacles, [&](const motion::Obstacle& obstacle) {
+      const scene::Object* object = problem_.scene.FindObject(obstacle.name);
+      const bool moves = object != nullptr && object->movable();
+      if (moves) movable.push_back(obstacle);
+      return moves;
+    });
+    if (movable.empty()) return {};
+    const motion::Transit transit = motion::FindTransit(blocked);
+    if (!transit.found()) return {};
+    std::vector<std::string> blockers;
+    for (const motion::Obstacle& obstacle : movable) {
+      motion::Snapshot alone = blocked.snapshot;
+      alone.obstacles = {obstacle};
+      alone.clearance = transit.clearance;
+      motion::PathChecker checker(motion::CollisionScene::Compile(alone));
+      bool free = checker.IsFree(transit.path.back());
+      for (size_t i = 0; free && i + 1 < transit.path.size(); ++i)
+        free = checker.IsFree(transit.path[i], transit.path[i + 1]);
+      if (!free) blockers.push_back(obstacle.name);
+    }
+    return blockers;
   }
 
   double Time(const PlanStep& step, const motion::Transit& transit) {
@@ -237,9 +267,24 @@ class MotionPlanner {
 
 }  // namespace
 
-MotionOutcome PlanMotions(const Problem& problem, Plan* plan) {
+MotionOutcome PlanMotions(const Problem& problem, const Limits& limits, Plan* plan) {
   if (problem.robot.model == nullptr) return {};
-  return MotionPlanner(problem, plan).Run();
+  tether::Limits own = limits;
+  if (own.deadline) {
+    using Clock = std::chrono::steady_clock;
+    const double grace = std::max(kLeastGrace, kGrace * problem.search.time_limit_s);
+    own.deadline = std::max(*own.deadline, Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                              std::chrono::duration<double>(grace)));
+  }
+  const LimitsScope scope(own);
+  try {
+    return MotionPlanner(problem, plan).Run();
+  } catch (const LimitReached& reached) {
+    MotionOutcome outcome;
+    outcome.found = false;
+    outcome.reached = reached.limit();
+    return outcome;
+  }
 }
 
 }  // namespace tether::planning

@@ -16,7 +16,9 @@ using ::testing::HasSubstr;
 
 scene::Scene OneArm() {
   scene::Scene scene;
-  scene.robots.push_back({.name = "panda", .model = "panda", .q = std::vector<double>(7, 0.0)});
+  scene::Robot& arm = scene.robots.emplace_back();
+  arm.name = arm.model = "panda";
+  arm.q.assign(7, 0.0);
   scene::Object cup;
   cup.name = "cup";
   cup.shape = geometry::Primitive(geometry::Box{{0.05, 0.05, 0.05}});

@@ -36,7 +36,10 @@ std::vector<std::pair<std::string, std::string>> GeneratorKinds() {
           {"sort", "random boxes to be put onto the trays of their kinds"},
           {"bin", "cubes to be put into a bin with walls"},
           {"clutter", "a box to be taken from among obstacles"},
-          {"crowd", "a box to be moved where many things stand around"}};
+          {"crowd", "a box to be moved where many things stand around"},
+          {"around", "blocks to be carried from one side of the arm to the other"},
+          {"posts", "a box to be moved where thin posts stand beside the arm"},
+          {"shelf", "a thing to be taken out of a compartment with a roof, from behind others"}};
 }
 
 GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& parameters, uint64_t seed) {
@@ -76,6 +79,22 @@ GeneratedScenario Generate(const std::string& kind, const GeneratorParameters& p
     RequireRange("--objects", parameters.objects, 0, 12, "what fits around the target", diagnostics);
     diagnostics.ThrowIfAny();
     return GenerateClutter(parameters.objects, seed);
+  }
+  if (kind == "around") {
+    RequireRange("--blocks", parameters.blocks, 1, 4, "what the stands have room for", diagnostics);
+    diagnostics.ThrowIfAny();
+    return GenerateAround(parameters.blocks, seed);
+  }
+  if (kind == "posts") {
+    RequireRange("--objects", parameters.objects, 0, 12, "posts, with room for the arm", diagnostics);
+    diagnostics.ThrowIfAny();
+    return GeneratePosts(parameters.objects, seed);
+  }
+  if (kind == "shelf") {
+    RequireRange("--regions", parameters.regions, 1, 2, "compartments that the arm reaches", diagnostics);
+    RequireRange("--objects", parameters.objects, 1, 6, "things in its compartments", diagnostics);
+    diagnostics.ThrowIfAny();
+    return GenerateShelf(parameters.objects, parameters.regions, seed);
   }
   std::vector<std::string> names;
   for (const auto& [name, text] : GeneratorKinds()) names.push_back(name);

@@ -11,9 +11,9 @@ namespace tether::scenario {
 
 /// How large a generated scene is. Each kind reads only what concerns it; see GeneratorKinds().
 struct GeneratorParameters {
-  int blocks = 3;   ///< hanoi: 2 to 8; stack: 2 to 8.
-  int objects = 6;  ///< sort, bin: 1 to 8; clutter: 0 to 12, crowd: 0 to 200 obstacles.
-  int regions = 2;  ///< sort: 1 to 4 trays.
+  int blocks = 3;   ///< hanoi, stack: 2 to 8; around: 1 to 4.
+  int objects = 6;  ///< sort, bin: 1 to 8; shelf: 1 to 6; clutter, posts: 0 to 12, crowd: 0 to 200 obstacles.
+  int regions = 2;  ///< sort: 1 to 4 trays; shelf: 1 or 2 compartments.
 };
 
 /// A scenario as texts, nothing of it on disk. The scenario names its PDDL files `domain.pddl` and
@@ -24,7 +24,8 @@ struct GeneratedScenario {
   std::string problem;   ///< PDDL
 };
 
-/// The kinds of scenes, each with one line of explanation: hanoi, reach, stack, sort, bin, clutter, crowd.
+/// The kinds of scenes, each with one line of explanation: hanoi, reach, stack, sort, bin, clutter,
+/// crowd, around, posts, shelf.
 std::vector<std::pair<std::string, std::string>> GeneratorKinds();
 
 /// A random scene. The same kind, parameters and seed give the same texts, byte for byte, on every platform;

@@ -109,11 +109,14 @@ std::string SceneDraft::Write() const {
   }
   text +=
       "task:\n  domain: domain.pddl\n  problem: problem.pddl\n  max_actions: " + std::to_string(max_actions) +
-      "\nactions: [manipulation]\n";
+      "\nactions: [" + actions + "]\n";
   text += "constraints:\n- inside: {frame: moved, of: workspace}\n";
   if (hand_radius > 0) text += "- inside: {frame: hand, of: arm}\n";
   text += "planning: {solver: native" +
-          (max_plans > 0 ? ", max_plans: " + std::to_string(max_plans) : std::string()) + "}\n";
+          (max_plans > 0 ? ", max_plans: " + std::to_string(max_plans) : std::string()) +
+          (min_candidates > 0 ? ", min_candidates: " + std::to_string(min_candidates) + ", patience: 1"
+                              : std::string()) +
+          "}\n";
   if (perturb_position > 0 || perturb_rotation > 0) {
     text +=
         "perturb: {position: " + Number(perturb_position) + ", rotation: " + Number(perturb_rotation) + "}\n";

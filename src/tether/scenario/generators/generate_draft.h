@@ -36,8 +36,10 @@ struct SceneDraft {
   Eigen::Vector3d workspace_size{0.9, 1.2, 1.0};  ///< Of the region `workspace`, m …
   Eigen::Vector3d workspace_p_W{0.65, 0, 0};      ///< … and its centre.
   double hand_radius = 0;  ///< The hand stays within this distance of the base's axis, m; 0: no such limit.
+  std::string actions = "manipulation";  ///< The library.
   int max_actions = 0;
   int max_plans = 0;            ///< 0: all.
+  int min_candidates = 0;       ///< 0: the default. Else the first plan ends planning as well.
   double perturb_position = 0;  ///< m
   double perturb_rotation = 0;  ///< rad
 
@@ -76,5 +78,8 @@ GeneratedScenario GenerateSort(int objects, int regions, uint64_t seed);
 GeneratedScenario GenerateBin(int objects, uint64_t seed);
 GeneratedScenario GenerateClutter(int objects, uint64_t seed);
 GeneratedScenario GenerateCrowd(int objects, uint64_t seed);
+GeneratedScenario GenerateAround(int blocks, uint64_t seed);
+GeneratedScenario GeneratePosts(int objects, uint64_t seed);
+GeneratedScenario GenerateShelf(int objects, int compartments, uint64_t seed);
 
 }  // namespace tether::scenario
