@@ -13,8 +13,8 @@ namespace {
 
 // A blow lasts so long, s.
 constexpr double kBlow = 0.01;
-// How fast a pulled object reaches its speed, s.
-constexpr double kPullTime = 0.01;
+// What pulls is a spring with a damper, as stiff as steps of the physics allow: in units of mass over step².
+constexpr double kPullStiffness = 0.1;
 // Removed objects are so far above the scene, and so far apart, m.
 constexpr double kAway = 100;
 constexpr double kApart = 20;
@@ -90,7 +90,10 @@ void World::Impl::ActOnObjects() {
     const double mass = model->body_mass[object.body];
     if (action.most > 0) {
       const Eigen::Map<const Eigen::Vector3d> v(data->qvel + object.dof);
-      force = mass / kPullTime * (action.velocity - v);
+      const Eigen::Vector3d lag = action.from + (time() - action.begin) * action.velocity - X_WO.p;
+      const double rate = 1 / options.timestep;
+      force =
+          mass * rate * (kPullStiffness * rate * lag + 2 * std::sqrt(kPullStiffness) * (action.velocity - v));
       force.z() -= mass * model->opt.gravity[2];
       if (force.norm() > action.most) force *= action.most / force.norm();
     }
@@ -139,6 +142,8 @@ void World::PullObject(const std::string& object, const Eigen::Vector3d& by, dou
   Impl::ObjectEntry::Action action;
   action.end = time() + duration;
   action.velocity = by / duration;
+  action.from = world.ObjectPose(world.objects[world.MovableIndex(object)]).p;
+  action.begin = time();
   action.most = force;
   world.objects[world.MovableIndex(object)].action = action;
 }

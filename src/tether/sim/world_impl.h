@@ -51,9 +51,10 @@ struct World::Impl {
       double end = -1e9;                                ///< s
       Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< N, in the world …
       Eigen::Vector3d at = Eigen::Vector3d::Zero();     ///< … m, in its frame.
-      Eigen::Vector3d velocity =
-          Eigen::Vector3d::Zero();  ///< m/s; with `most` above zero in place of `force`.
-      double most = 0;              ///< N
+      /// With `most` above zero, in place of `force`: it is drawn from here on at this speed, m, m/s.
+      Eigen::Vector3d from = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
+      double begin = 0;  ///< s
+      double most = 0;   ///< N
     } action;
   };
 
