@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 struct Change {
   std::string name;
   std::string scene;
-  std::string starts;  ///< The action with which it begins; empty: at `time`.
+  std::string starts;  ///< The action with which it begins, "ends …" at its end; empty: at `time`.
   double time = 0;     ///< s
   std::string object;
   Vector3d by;              ///< m, or …
@@ -26,7 +26,8 @@ void PrintTo(const Change& change, std::ostream* out) { *out << change.name; }
 
 RunReport RunWith(const Change& change, bool replan) {
   scenario::Event event;
-  event.starts = change.starts;
+  const bool ends = change.starts.starts_with("ends ");
+  (ends ? event.ends : event.starts) = ends ? change.starts.substr(5) : change.starts;
   event.time = change.time;
   event.object = change.object;
   event.over = 0.6;
@@ -64,7 +65,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Change{"UndoneEffectsAreNotNoticed", "stacking", "pick(denim)", 0, "coral", Vector3d(0.12, -0.06, 0)},
         Change{"PlacedBlockMovedUnnoticed", "stacking", "pick(coral)", 0, "blue", Vector3d(-0.04, 0.1, 0)},
-        Change{"LastPlacedMovedAtTheEnd", "stacking", "", 12.55, "denim", Vector3d(-0.05, -0.15, -0.1)},
+        Change{"LastPlacedMovedAtTheEnd", "stacking", "ends place(denim,coral)", 0, "denim",
+               Vector3d(-0.05, -0.15, -0.1)},
         Change{"AnotherObjectOnTop", "stacking", "pick(blue)", 0, "denim", Vector3d(0, 0, 0.05), "blue"}),
     [](const auto& test) { return test.param.name; });
 

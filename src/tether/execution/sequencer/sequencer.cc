@@ -86,6 +86,7 @@ void Sequencer::Begin() {
   if (options_.replanning.plan_anew)
     monitor_ = std::make_unique<Monitor>(s_.scene, options_.replanning.task, s_.plan.actions,
                                          options_.replanning.goal);
+  NoteSides();
   if (s_.in_plan()) {
     EnterStep(0);
   } else {

@@ -90,6 +90,9 @@ class Sequencer : public PlanRunner {
   void Request(PlanRequest request, int action, const std::string& reason);
   void AskAgain();
   std::string WhyAtOnce() const;
+  /// Which object of the action lies on another side than when the plan was made; empty: none.
+  std::string LiesOtherwise(int action) const;
+  void NoteSides();
   bool IsUnsettled();
   void FailToPlan(const std::string& text, const std::string& reason);
   void AdoptAnswer();
@@ -196,6 +199,8 @@ class Sequencer : public PlanRunner {
   std::optional<Goal> new_goal_;  ///< That no plan has been adopted for yet.
   int goals_ = 0;                 ///< Times that the goal was changed.
   std::vector<PlanningRecord> plannings_;
+  /// The world's vertical in each object's frame when the plan was made.
+  IndexedVector<ObjectId, Eigen::Vector3d> up_O_;
   double unsettled_since_ = -1;  ///< What changed the state has been moving since then, s; −1: nothing has.
   PlanRequest in_vain_;          ///< What no plan was found for last …
   std::string why_not_;          ///< … and why.

@@ -12,6 +12,8 @@ constexpr double kSamePlace = 0.01;
 constexpr double kSameAngle = 0.05;
 // What is faster than this moves: m/s, rad/s.
 constexpr double kMoves = 0.03, kTurns = 0.3;
+// What is tilted by more than this against how it lay lies on another side, rad.
+constexpr double kOtherSide = 0.4;
 // What changed the state is waited for until it rests, but no longer than this, s.
 constexpr double kSettles = 1;
 
@@ -58,6 +60,26 @@ void Sequencer::Watch() {
   }
   unsettled_since_ = -1;
   if (!AskForPlan(reason, &why)) Fail(reason + "; " + why);
+}
+
+void Sequencer::NoteSides() {
+  up_O_.clear();
+  for (const ObjectId i : s_.objects.ids())
+    up_O_.push_back(s_.objects[i].X.R.transpose() * Eigen::Vector3d::UnitZ());
+}
+
+// Key poses and grasps are for the side that an object lies on.
+std::string Sequencer::LiesOtherwise(int action) const {
+  for (const planning::PlanStep& step : s_.plan.steps) {
+    if (step.action_index != action) continue;
+    for (const std::string* name : {&step.control, &step.target}) {
+      const ObjectId i = s_.scene.FindObjectId(*name);
+      if (!i.valid() || i == s_.held || !s_.object(i).movable() || !s_.objects[i].seen) continue;
+      const Eigen::Vector3d up_O = s_.objects[i].X.R.transpose() * Eigen::Vector3d::UnitZ();
+      if (std::acos(std::clamp(up_O.dot(up_O_[i]), -1.0, 1.0)) > kOtherSide) return *name;
+    }
+  }
+  return "";
 }
 
 // What ends the present action whatever else is so.
@@ -125,7 +147,12 @@ void Sequencer::Verify() {
 
 // Before an action begins: whether the plan from it on still reaches the goal.
 bool Sequencer::AllowsAction(int action) {
-  if (!monitor_ || !monitor_->changed()) return true;
+  if (!monitor_) return true;
+  if (const std::string object = LiesOtherwise(action); !object.empty()) {
+    std::string why;
+    return !AskForPlan("'" + object + "' lies on another side", &why);
+  }
+  if (!monitor_->changed()) return true;
   const PlanOutlook outlook = monitor_->Look(action);
   if (outlook.reaches) return true;
   std::string why;
@@ -244,6 +271,7 @@ void Sequencer::AdoptAnswer() {
       std::string text = pending.reason + ":";
       for (const std::string& action : answer.plan->actions) text += " " + action;
       s_.Record(resumes ? EventKind::kResumed : EventKind::kReplanned, text);
+      NoteSides();
       record.decision = resumes ? "resumed" : "replanned";
       record.adopted = s_.time;
       record.actions = answer.plan->actions;

@@ -62,17 +62,10 @@ std::vector<std::pair<int, int>> PairsOf(int body, std::vector<std::pair<int, in
 
 }  // namespace
 
-std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
-  IndexedVector<ObjectId, control::MovingPose> still = s_.objects;
-  for (control::MovingPose& object : still) object.V.setZero();
-  robot::Kinematics kinematics(s_.model);
-  const auto place = [&](const VectorXd& at_q) {
-    if (!s_.held.valid()) return;
-    kinematics.Set(at_q);
-    still[s_.held].X = control_scene_.X_WBase() * kinematics.X_BH() * s_.X_HO_grasp;
-  };
-
-  // A configuration at the goal: the arm follows it without obstacles, under the constraints on frames only.
+// Configurations at the goal: the arm follows it without obstacles, under the constraints on frames only.
+std::vector<VectorXd> VelocityServo::FindDetourEnds(
+    const std::function<void(const VectorXd&)>& place,
+    const IndexedVector<ObjectId, control::MovingPose>& still) const {
   const control::ArmBodies bodies(s_.model, control_scene_.solids());
   std::vector<control::FieldConstraint> fields =
       BuildConstraints(options_.constraints, control_scene_, bodies).fields;
@@ -83,7 +76,7 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
   control::Goal wanted = *goal_;
   wanted.speed = wanted.turn_speed = 1;
   Random random(static_cast<uint64_t>(s_.step) + 1);
-  motion::PathProblem problem;
+  std::vector<VectorXd> ends;
   for (int start = 0; start < kStarts; ++start) {
     VectorXd end = s_.q;
     for (int i = 0; i < end.size() && start > 0; ++i) {
@@ -97,14 +90,30 @@ std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
       reached = follower.error_m() < tolerance_m_ && follower.error_rad() < tolerance_rad_;
       if (!reached) end += kStep * v;
     }
-    if (reached) problem.goals.push_back(std::move(end));
+    if (reached) ends.push_back(std::move(end));
   }
+  return ends;
+}
+
+std::vector<VectorXd> VelocityServo::FindDetour(std::string& why) {
+  IndexedVector<ObjectId, control::MovingPose> still = s_.objects;
+  for (control::MovingPose& object : still) object.V.setZero();
+  robot::Kinematics kinematics(s_.model);
+  const auto place = [&](const VectorXd& at_q) {
+    if (!s_.held.valid()) return;
+    kinematics.Set(at_q);
+    still[s_.held].X = control_scene_.X_WBase() * kinematics.X_BH() * s_.X_HO_grasp;
+  };
+
+  motion::PathProblem problem;
+  problem.goals = FindDetourEnds(place, still);
   if (problem.goals.empty()) {
     why = "the arm does not get there without obstacles either";
     return {};
   }
 
   // What the hand may touch where it gets to, it keeps away from on the way there.
+  const control::ArmBodies bodies(s_.model, control_scene_.solids());
   control::ConstrainedVelocity probe = MakeController(), probe_between = MakeController();
   probe.Allow(allowed_bodies_);
   probe_between.Allow(PairsOf(s_.held.valid() ? bodies.object(s_.held.value()) : -1, allowed_bodies_));

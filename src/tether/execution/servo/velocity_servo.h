@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,8 +11,8 @@
 #include "tether/execution/contact/after_contact.h"
 #include "tether/execution/contact/supports.h"
 #include "tether/execution/contact/touch.h"
-#include "tether/execution/reference/goal_search.h"
 #include "tether/execution/reference/arm_transit.h"
+#include "tether/execution/reference/goal_search.h"
 #include "tether/execution/sequencer/constraint_builder.h"
 #include "tether/execution/sequencer/sequencer_options.h"
 #include "tether/execution/servo/servo.h"
@@ -122,6 +123,10 @@ class VelocityServo final : public Servo {
   /// velocity_detour.cc: configurations of a path around what obstructs the goal; empty, with the reason, if
   /// none is found.
   std::vector<Eigen::VectorXd> FindDetour(std::string& why);
+  /// `place` puts what is held where the arm has it; `still`: all objects, at rest.
+  std::vector<Eigen::VectorXd> FindDetourEnds(
+      const std::function<void(const Eigen::VectorXd&)>& place,
+      const IndexedVector<ObjectId, control::MovingPose>& still) const;
 
   const planning::StepSchema& schema() const { return s_.current().schema; }
 
