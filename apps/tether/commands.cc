@@ -330,6 +330,7 @@ int RunCommand(const RunArguments& arguments) {
         scenario::ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
   }
   options.stop = arguments.overrides.stop;
+  options.pause = arguments.pause;
   outputs.RequireUnread();
   const scene::Scene scene = scenario::PerturbScene(scenario.scene, scenario.perturb, seed);
 

@@ -31,6 +31,7 @@ struct RunArguments {
   std::string json;
   std::string log;  ///< File for the run's log, or "-"; empty: none.
   scenario::PlanningOverrides overrides;
+  const std::atomic<bool>* pause = nullptr;  ///< While it is set the arm stands still.
 };
 
 struct ReportArguments {

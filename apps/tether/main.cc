@@ -1,9 +1,5 @@
 // The program: parses the command line, and leaves the work to apps/tether/commands.h.
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <exception>
@@ -169,6 +165,7 @@ void AddRun(CLI::App& app, RunArguments& arguments, std::function<int()>& run) {
   tether run scenarios/workspace_reach.yaml --plan plan.json --json run.json)");
   command->callback([&] {
     run = [&] {
+      arguments.pause = &PauseRequested();
       arguments.overrides.stop = &StopRequested();
       return RunCommand(arguments);
     };
@@ -306,9 +303,10 @@ void AddCampaign(CLI::App& app, CampaignArguments& arguments, std::function<int(
   command->add_option("--scenes", options.scenes, "Scenes per kind, or per number of blocks")->type_name("N");
   command->add_flag("--no-robot", options.no_robot, "execution: plan without the arm, to compare");
   command
-      ->add_option("--kind", options.kinds,
-                   "Only scenes of this kind: reach, stack or, for execution, clutter, around, posts or shelf; for "
-                   "control: seeds, moved or crossing; may be given again")
+      ->add_option(
+          "--kind", options.kinds,
+          "Only scenes of this kind: reach, stack or, for execution, clutter, around, posts or shelf; for "
+          "control: seeds, moved or crossing; may be given again")
       ->type_name("KIND")
       ->allow_extra_args(false);
   command->add_option("--scenario", options.scenario, "control: instead of the assistive scenario that ships")
@@ -460,15 +458,6 @@ Exit codes: 0 success, 1 internal error, 2 bad input, 3 proved impossible, 4 gav
   const int code = command();
   RequireStandardOutput();
   return code;
-}
-
-/// Occupies closed standard streams with the null device: else the next file that is opened would become
-/// standard output, and printed text would go into it. It is opened so that reading or writing fails.
-void HoldClosedStreams() {
-  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (fcntl(fd, F_GETFD) == -1 && errno == EBADF)
-      open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-  }
 }
 
 int Guarded(int argc, char** argv) {

@@ -14,7 +14,7 @@ constexpr long kWaitNs = 20'000'000;  // Between looks at whether files are whol
 constexpr int kMostWaits = 500;       // Looks without progress of a file on the disk.
 constexpr int kMostStalled = 25;      // Looks without progress of results that nobody reads.
 
-std::atomic<bool> stop_requested{false}, finished{false};
+std::atomic<bool> stop_requested{false}, finished{false}, pause_requested{false};
 std::atomic<long> first_s{0};
 std::atomic<int> waits{0};  // Looks since the last progress of results.
 std::atomic<uint64_t> written{0};
@@ -59,6 +59,8 @@ extern "C" void RequestStop(int) {
   }
 }
 
+extern "C" void RequestPause(int signal) { pause_requested = signal == SIGUSR1; }
+
 void Handle(int signal, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -75,6 +77,8 @@ void Install() {
   Handle(SIGALRM, EndNow);
   Handle(SIGINT, RequestStop);
   Handle(SIGTERM, RequestStop);
+  Handle(SIGUSR1, RequestPause);
+  Handle(SIGUSR2, RequestPause);
   Handle(SIGXFSZ, SIG_IGN);  // A limit on the size of files is an error of writing, not the end.
 }
 [[gnu::used, gnu::section(".preinit_array")]] void (*const install_early)() = Install;
@@ -82,4 +86,5 @@ void Install() {
 }  // namespace
 
 const std::atomic<bool>& StopRequested() { return stop_requested; }
+const std::atomic<bool>& PauseRequested() { return pause_requested; }
 void FinishSignals() { finished = true; }

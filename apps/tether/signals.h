@@ -9,5 +9,8 @@
 /// are the same request: `timeout`, for one, signals the program and then its whole group.
 const std::atomic<bool>& StopRequested();
 
+/// SIGUSR1 asks a run to pause, SIGUSR2 to go on.
+const std::atomic<bool>& PauseRequested();
+
 /// A signal from now on ends the program at once with exit code 130: its work is done.
 void FinishSignals();

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <string_view>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace tether::app {
@@ -40,6 +41,13 @@ void RequireStandardOutput() {
 
 std::string Terminal::Wrap(const char* code, const std::string& text) const {
   return colour_ ? "\x1b[" + std::string(code) + "m" + text + "\x1b[0m" : text;
+}
+
+void HoldClosedStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(fd, F_GETFD) == -1 && errno == EBADF)
+      open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
 }
 
 }  // namespace tether::app

@@ -29,4 +29,8 @@ class Terminal {
 /// Throws InputError if text for standard output was lost: it is closed, or its disk is full.
 void RequireStandardOutput();
 
+/// Occupies closed standard streams with the null device: else the next file that is opened would become
+/// standard output, and printed text would go into it. It is opened so that reading or writing fails.
+void HoldClosedStreams();
+
 }  // namespace tether::app

@@ -21,8 +21,8 @@
 #include "tether/execution/servo/torque_servo.h"
 #include "tether/planning/modes/region_domain.h"
 #include "tether/robot/kinematics.h"
-#include "tether/sim/sensing/fault_model.h"
 #include "tether/sim/renderer.h"
+#include "tether/sim/sensing/fault_model.h"
 #include "tether/sim/sensing/sensor_model.h"
 #include "tether/sim/world.h"
 #include "tether/task/search/replanner.h"
@@ -31,6 +31,9 @@ namespace tether::evaluation {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// An arm whose joints are slower than this has stopped, rad/s.
+constexpr double kArmRests = 0.02;
 
 /// One run: world, executive and everything around their loop.
 class Run {
@@ -160,11 +163,19 @@ class Run {
   void Loop(Clock::time_point begin) {
     while (runner_->running()) {
       if (IsStopped(options_.stop)) {
+        StopArm(begin);
         report_.status = RunStatus::kInterrupted;
         report_.reason = "interrupted";
         return;
       }
-      if (world_.time() > scenario_.execution.timeout_s) {
+      const bool pause = options_.pause != nullptr && options_.pause->load();
+      runner_->Pause(pause);
+      if (pause) {
+        // Time goes on as it does on the wall, and does not count.
+        paused_ += period_;
+        std::this_thread::sleep_for(std::chrono::duration<double>(options_.realtime ? 0 : period_));
+      }
+      if (world_.time() - paused_ > scenario_.execution.timeout_s) {
         report_.status = RunStatus::kTimeout;
         report_.reason =
             "the plan was not finished after " + Fixed(world_.time(), 1) + " s (execution: timeout)";
@@ -176,6 +187,18 @@ class Run {
     if (status.state == execution::ExecutiveStatus::State::kFailed) {
       report_.status = RunStatus::kFailed;
       report_.reason = status.reason;
+    }
+  }
+
+  /// Brakes the arm within its limits.
+  void StopArm(Clock::time_point begin) {
+    constexpr double kLongest = 0.4;        // s; a stop takes less
+    runner_->Pause(true);
+    const double end = world_.time() + kLongest;
+    for (bool moves = true; moves && world_.time() < end;) {
+      Tick(begin);
+      moves = std::any_of(observations_.begin(), observations_.end(),
+                          [](const auto& entry) { return entry.second.v.cwiseAbs().maxCoeff() > kArmRests; });
     }
   }
 
@@ -415,6 +438,7 @@ class Run {
   Disturber disturber_;
   Disturber::Moment moment_;      ///< What has begun and ended in this tick.
   int ended_ = 0;                 ///< Actions of the plan that have.
+  double paused_ = 0;             ///< For so long, s.
   scene::WorldEstimate visible_;  ///< The truth without objects that are not there.
   RunReport report_;
   std::unique_ptr<RunRecorder> recorder_;  ///< Null: no log.

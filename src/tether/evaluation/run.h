@@ -28,7 +28,8 @@ struct RunOptions {
   LogSettings log;                         ///< Where to write what happens; its seed and goal are set.
   bool replan = true;                      ///< Plan anew when what is observed no longer allows the plan.
   double settle_s = 1.0;  ///< Simulated time between the end of the plan and the judgement, s.
-  const std::atomic<bool>* stop = nullptr;
+  const std::atomic<bool>* stop = nullptr;   ///< The arm stops, and the run ends.
+  const std::atomic<bool>* pause = nullptr;  ///< While it is set the arm stands still.
   /// Called for everything that happens, in order: time (s), a word for the kind, text for people.
   std::function<void(double, const std::string&, const std::string&)> on_event;
 };

@@ -38,6 +38,10 @@ std::string_view ToString(EventKind kind) {
       return "replanned";
     case EventKind::kWaiting:
       return "waiting";
+    case EventKind::kPaused:
+      return "paused";
+    case EventKind::kContinued:
+      return "continued";
     case EventKind::kGoalBroken:
       return "goal_broken";
     case EventKind::kClearance:

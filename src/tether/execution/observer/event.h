@@ -26,6 +26,8 @@ enum class EventKind {
   kResumed,          ///< The plan goes on from one of its actions, with new key poses.
   kReplanned,        ///< The plan goes on with other actions, or another place, than it had.
   kWaiting,          ///< There is no plan from here; it is waited for one.
+  kPaused,           ///< The arm was told to stand still …
+  kContinued,        ///< … and to go on.
   kGoalBroken,       ///< A part of a temporal goal that nothing can make true any more.
   kClearance,        ///< The hand could not rise to a safe height, and went on below it.
   kRetry,            ///< Execution resumes at `step`.

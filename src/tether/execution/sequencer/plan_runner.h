@@ -58,6 +58,8 @@ class PlanRunner {
   virtual int retries() const = 0;
   /// How often the plan went on with other actions than it began with.
   virtual int replans() const { return 0; }
+  /// While it is paused the arm is braked within its limits and stands still; it goes on where it was.
+  virtual void Pause(bool) {}
   /// Each time that a plan was asked for.
   virtual const std::vector<PlanningRecord>& plannings() const;
   /// The goal is another from now on: a PDDL formula, or a temporal one in its place. Plans anew when the

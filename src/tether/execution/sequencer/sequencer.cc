@@ -57,6 +57,7 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   guard_.Take(seen->second, commands_.find(s_.robot)->second, servo_->Carried());
   Sense(estimate, guard_.believed());
   WatchFaults();
+  s_.stopping = s_.stopping || paused_;
   for (OtherArm& other : s_.others) {
     const auto found = observations.find(other.name);
     if (found != observations.end() && found->second.q.allFinite()) other.q = found->second.q;
@@ -78,6 +79,14 @@ const robot::Commands& Sequencer::Step(const scene::WorldEstimate& estimate,
   command.gripper = s_.gripper;
   LetServoHold(&command);
   return commands_;
+}
+
+void Sequencer::Pause(bool pause) {
+  if (pause == paused_) return;
+  paused_ = pause;
+  if (!started_ || !running()) return;
+  s_.Record(pause ? EventKind::kPaused : EventKind::kContinued, "");
+  if (!pause && !faults_.stopped()) servo_->Resume();
 }
 
 void Sequencer::Begin() {

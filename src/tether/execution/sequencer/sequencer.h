@@ -51,6 +51,7 @@ class Sequencer : public PlanRunner {
   const std::vector<StepRecord>& records() const override { return s_.records.values(); }
   int retries() const override { return retry_count_; }
   int replans() const override { return replans_; }
+  void Pause(bool pause) override;
   bool ChangeGoal(const Goal& goal) override;
   const std::vector<PlanningRecord>& plannings() const override { return plannings_; }
   const TouchList& allowed() const override { return servo_->allowed(); }
@@ -198,6 +199,7 @@ class Sequencer : public PlanRunner {
   int ask_action_ = 0;
   std::optional<Goal> new_goal_;  ///< That no plan has been adopted for yet.
   int goals_ = 0;                 ///< Times that the goal was changed.
+  bool paused_ = false;
   std::vector<PlanningRecord> plannings_;
   /// The world's vertical in each object's frame when the plan was made.
   IndexedVector<ObjectId, Eigen::Vector3d> up_O_;
