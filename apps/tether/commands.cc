@@ -299,6 +299,13 @@ int PlanCommand(const PlanArguments& arguments) {
   return ExitCodeOf(report.status);
 }
 
+/// In place of the scenario's.
+std::optional<task::TemporalGoal> GoalOf(const RunArguments& arguments) {
+  const std::string& semantics = arguments.overrides.semantics;
+  if (arguments.overrides.goal.empty()) return std::nullopt;
+  return scenario::ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
+}
+
 int RunCommand(const RunArguments& arguments) {
   if (!arguments.plan.empty() && arguments.candidate) {
     throw InputError("--plan and --candidate exclude each other", "a plan file holds one plan");
@@ -324,11 +331,7 @@ int RunCommand(const RunArguments& arguments) {
   options.replan = arguments.mode != "servo";
   options.snapshots = arguments.snapshots;
   options.log = LogOf(arguments);
-  if (!arguments.overrides.goal.empty()) {
-    const std::string& semantics = arguments.overrides.semantics;
-    options.goal =
-        scenario::ReadTemporalGoal(arguments.overrides.goal, semantics.empty() ? "cosafe" : semantics);
-  }
+  options.goal = GoalOf(arguments);
   options.stop = arguments.overrides.stop;
   options.pause = arguments.pause;
   outputs.RequireUnread();

@@ -1,4 +1,4 @@
-#include "tether/scenario/obstacle.h"
+#include "tether/scenario/events/obstacle.h"
 
 #include <cmath>
 

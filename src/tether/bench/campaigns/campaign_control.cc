@@ -7,7 +7,7 @@
 #include "tether/common/text.h"
 #include "tether/evaluation/run.h"
 #include "tether/math/infinity.h"
-#include "tether/scenario/obstacle.h"
+#include "tether/scenario/events/obstacle.h"
 #include "tether/scenario/perturb.h"
 #include "tether/scenario/problem.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tether/planning/plan/plan.h"
-#include "tether/scenario/obstacle.h"
+#include "tether/scenario/events/obstacle.h"
 #include "tether/scenario/scenario.h"
 
 namespace tether::bench {

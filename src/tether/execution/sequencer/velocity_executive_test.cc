@@ -487,23 +487,5 @@ TEST(VelocityExecutiveTest, AnEstimateWithoutNumbersIsNotFollowed) {
   EXPECT_TRUE(fake.Happened(EventKind::kFault, "the arm is stopped"));
 }
 
-// Whatever it does, it stands still until it is told to go on, and then goes on where it was.
-TEST(VelocityExecutiveTest, StandsStillWhilePaused) {
-  FakeArm fake;
-  fake.Start({"move(left)", "grasp(block,left)"});
-  fake.Run(1);
-  fake.executive->Pause(true);
-  fake.Run(0.5);
-  const Eigen::VectorXd q = fake.observations["jaco"].q;
-  const int step = fake.executive->step();
-  fake.Run(2);
-  EXPECT_LT((fake.observations["jaco"].q - q).cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_EQ(fake.executive->step(), step);
-  fake.executive->Pause(false);
-  fake.Run(80);
-  EXPECT_EQ(fake.executive->status().state, ExecutiveStatus::State::kFinished) << fake.Story();
-  EXPECT_THAT(fake.Story(), ::testing::AllOf(HasSubstr("paused"), HasSubstr("continued")));
-}
-
 }  // namespace
 }  // namespace tether::execution
