@@ -192,7 +192,7 @@ class Run {
 
   /// Brakes the arm within its limits.
   void StopArm(Clock::time_point begin) {
-    constexpr double kLongest = 0.4;        // s; a stop takes less
+    constexpr double kLongest = 0.4;  // s; a stop takes less
     if (world_.time() <= 0) return;
     runner_->Pause(true);
     const double end = world_.time() + kLongest;

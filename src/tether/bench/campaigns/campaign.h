@@ -15,11 +15,10 @@ namespace tether::bench {
 /// A measurement on many random scenes. Planning is without the arm (`--no-robot`) but in campaign
 /// `execution`, with the native solver, in one thread.
 struct CampaignOptions {
-  std::string name;  ///< One of CampaignNames().
-  std::vector<std::string>
-      kinds;  ///< Of scenes: reach, stack, and for execution clutter, around, posts, shelf; of runs, for
-              ///< control: seeds, moved, crossing; of disturbed: scenarios. Empty: all but around, posts and
-              ///< shelf. growth has none.
+  std::string name;                ///< One of CampaignNames().
+  std::vector<std::string> kinds;  ///< Of scenes: reach, stack, and for execution clutter, around, posts,
+                                   ///< shelf; of runs, for control: seeds, moved, crossing; of disturbed:
+                                   ///< scenarios. Empty: all but around, posts and shelf. growth has none.
   std::optional<int>
       scenes;             ///< Per kind (growth: per number of blocks); none: as many as the name asks for.
   bool no_robot = false;  ///< Of execution: plan without the arm.

@@ -159,12 +159,12 @@ bool ReferenceServo::OutOfReach(const math::Pose& X_TH) {
 
 Progress ReferenceServo::BeyondReach(int resume) {
   now_.X_TG = reference_.X_TR();
-  Progress progress = Progress::Retry(
-      EventKind::kStalled,
-      "'" + s_.plan_step().target +
-          "' is where the arm can't reach the pose: within its joints' limits the hand comes no nearer than " +
-          Length(lacking_),
-      resume, false);
+  Progress progress = Progress::Retry(EventKind::kStalled,
+                                      "'" + s_.plan_step().target +
+                                          "' is where the arm can't reach the pose: within its joints' "
+                                          "limits the hand comes no nearer than " +
+                                          Length(lacking_),
+                                      resume, false);
   progress.out_of_reach = true;
   return progress;
 }
