@@ -13,6 +13,8 @@ namespace {
 
 // Measurements of objects are no older than this, s.
 constexpr double kHandHistory = 0.3;
+// The hand rises so far before a retry, m: above what it may have knocked over.
+constexpr double kRecoveryRise = 0.08;
 // A clock of poses whose stamp is further ahead than this has jumped, s.
 constexpr double kPoseClockSlack = 0.1;
 
@@ -166,20 +168,17 @@ Progress Sequencer::RunVerb() {
 }
 
 void Sequencer::Advance() {
-  do {
-    const Progress progress = RunVerb();
-    if (progress.state == Progress::State::kRunning) return;
-    if (progress.state != Progress::State::kDone) return Abort(progress);
-    ++s_.verb;
-    BeginVerb();
-    if (s_.verb < static_cast<int>(s_.verbs().size())) continue;
-    if (s_.recovering) {
-      EnterStep(s_.step);
-    } else {
-      FinishStep();
-    }
-    // Where a plan is waited for, or the goal is looked at, there is no verb to go on with.
-  } while (options_.passes_at_once && running() && !pending_ && !waiting_ && s_.in_plan());
+  const Progress progress = RunVerb();
+  if (progress.state == Progress::State::kRunning) return;
+  if (progress.state != Progress::State::kDone) return Abort(progress);
+  ++s_.verb;
+  BeginVerb();
+  if (s_.verb < static_cast<int>(s_.verbs().size())) return;
+  if (s_.recovering) {
+    EnterStep(s_.step);
+  } else {
+    FinishStep();
+  }
 }
 
 void Sequencer::Abort(const Progress& progress) {
@@ -202,20 +201,13 @@ void Sequencer::WaitToRetry() {
 }
 
 void Sequencer::Retry(const Progress& progress) {
-  const bool recovers = options_.recovery_rise > 0;
-  if (!options_.failing_action_pays) s_.step = progress.resume;
-  if (progress.open && !recovers) OpenHand();
   int& tried = s_.retries[s_.plan_step().action_index];
   if (tried >= options_.max_retries) return GiveUp(progress.reason);
   ++tried;
   ++retry_count_;
   s_.step = progress.resume;
   s_.Record(EventKind::kRetry, s_.plan_step().action + " again");
-  if (recovers) {
-    Recover(progress.open);
-  } else {
-    EnterStep(s_.step);
-  }
+  Recover(progress.open);
 }
 
 // Before it tries again, the hand opens, unless it is to keep what it holds, and rises.
@@ -223,7 +215,7 @@ void Sequencer::Recover(bool open) {
   s_.recovery.clear();
   if (open) s_.recovery.emplace_back(planning::GripperVerb{});
   planning::ShiftVerb rise;
-  rise.by = Eigen::Vector3d(0, 0, options_.recovery_rise);
+  rise.by = Eigen::Vector3d(0, 0, kRecoveryRise);
   s_.recovery.emplace_back(rise);
   s_.recovering = true;
   s_.verb = 0;

@@ -91,11 +91,19 @@ class Sequencer : public PlanRunner {
   void Request(PlanRequest request, int action, const std::string& reason);
   void AskAgain();
   std::string WhyAtOnce() const;
-  /// Which object of the action lies on another side than when the plan was made; empty: none.
-  std::string LiesOtherwise(int action) const;
+  /// Which object of the action lies on another side than when the plan was made; kNone: none.
+  ObjectId LiesOtherwise(int action) const;
   void NoteSides();
   bool IsUnsettled();
-  void FailToPlan(const std::string& text, const std::string& reason);
+  /// There was no plan, and one is asked for again.
+  struct Again {
+    double due = 0;  ///< s
+    std::string reason;
+    int action = 0, goals = 0;  ///< As Pending has them.
+    PlanRequest in_vain;        ///< What no plan was found for …
+    std::string why_not;        ///< … and why.
+  };
+  void FailToPlan(Again again);
   void AdoptAnswer();
   bool AllowsAction(int action);
   void Verify();
@@ -189,14 +197,7 @@ class Sequencer : public PlanRunner {
   };
   std::unique_ptr<Monitor> monitor_;  ///< None: the plan is executed as it is.
   std::optional<Pending> pending_;
-  /// A plan is asked for again.
-  struct Again {
-    double due = 0;  ///< s
-    std::string reason;
-    int action = 0;  ///< As Pending has it.
-  };
   std::optional<Again> ask_again_;
-  int ask_action_ = 0;
   std::optional<Goal> new_goal_;  ///< That no plan has been adopted for yet.
   int goals_ = 0;                 ///< Times that the goal was changed.
   bool paused_ = false;
@@ -204,8 +205,6 @@ class Sequencer : public PlanRunner {
   /// The world's vertical in each object's frame when the plan was made.
   IndexedVector<ObjectId, Eigen::Vector3d> up_O_;
   double unsettled_since_ = -1;  ///< What changed the state has been moving since then, s; −1: nothing has.
-  PlanRequest in_vain_;          ///< What no plan was found for last …
-  std::string why_not_;          ///< … and why.
   int fruitless_ = 0;            ///< Times in a row that no plan was found.
   std::map<std::string, int> failures_;  ///< Of actions, since the last that succeeded.
   double verify_at_ = -1;  ///< When the goal is looked at after the last action, s; −1: it isn't.

@@ -170,8 +170,7 @@ void Sequencer::WatchGrasp() {
   const math::Pose X_HO = math::Between(s_.X_WH, s_.objects[s_.held].X);
   const bool slipped = (X_HO.p - s_.X_HO_grasp.p).norm() > options_.slip_distance ||
                        math::AngleBetween(X_HO.R, s_.X_HO_grasp.R) > options_.slip_angle;
-  const bool empty =
-      options_.watches_width && s_.opening < std::max(options_.least_width, held_width_ - kWidthTolerance);
+  const bool empty = s_.opening < std::max(options_.least_width, held_width_ - kWidthTolerance);
   if (!slipped && !empty) {
     lost_since_ = -1;
     WatchGrip((X_HO.p - s_.X_HO_grasp.p).norm());

@@ -17,6 +17,11 @@ constexpr double kOtherSide = 0.4;
 // What changed the state is waited for until it rests, but no longer than this, s.
 constexpr double kSettles = 1;
 
+/// The world's vertical in the object's frame.
+Eigen::Vector3d UpIn(const control::MovingPose& object) {
+  return object.X.R.transpose() * Eigen::Vector3d::UnitZ();
+}
+
 /// Whether `next` is what is left of `before` from some action on.
 bool IsSuffix(const std::vector<std::string>& next, const std::vector<std::string>& before) {
   return next.size() <= before.size() &&
@@ -64,30 +69,25 @@ void Sequencer::Watch() {
 
 void Sequencer::NoteSides() {
   up_O_.clear();
-  for (const ObjectId i : s_.objects.ids())
-    up_O_.push_back(s_.objects[i].X.R.transpose() * Eigen::Vector3d::UnitZ());
+  for (const control::MovingPose& object : s_.objects) up_O_.push_back(UpIn(object));
 }
 
 // Key poses and grasps are for the side that an object lies on.
-std::string Sequencer::LiesOtherwise(int action) const {
-  for (const planning::PlanStep& step : s_.plan.steps) {
-    if (step.action_index != action) continue;
-    for (const std::string* name : {&step.control, &step.target}) {
-      const ObjectId i = s_.scene.FindObjectId(*name);
-      if (!i.valid() || i == s_.held || !s_.object(i).movable() || !s_.objects[i].seen) continue;
-      const Eigen::Vector3d up_O = s_.objects[i].X.R.transpose() * Eigen::Vector3d::UnitZ();
-      if (std::acos(std::clamp(up_O.dot(up_O_[i]), -1.0, 1.0)) > kOtherSide) return *name;
+ObjectId Sequencer::LiesOtherwise(int action) const {
+  for (int k = s_.step; k < s_.num_steps() && s_.plan_step(k).action_index == action; ++k) {
+    for (const ObjectId i : {s_.steps[k].control, s_.steps[k].target.object}) {
+      if (i == kNone || i == s_.held || !s_.object(i).movable() || !s_.objects[i].seen) continue;
+      if (std::acos(std::clamp(UpIn(s_.objects[i]).dot(up_O_[i]), -1.0, 1.0)) > kOtherSide) return i;
     }
   }
-  return "";
+  return kNone;
 }
 
 // What ends the present action whatever else is so.
 std::string Sequencer::WhyAtOnce() const {
   if (new_goal_) return "the goal is another";
-  for (const std::string* name : {&s_.plan_step().control, &s_.plan_step().target}) {
-    const ObjectId object = s_.scene.FindObjectId(*name);
-    if (object.valid() && !s_.objects[object].seen) return "'" + *name + "' is not seen";
+  for (const ObjectId object : {s_.current().control, s_.current().target.object}) {
+    if (object != kNone && !s_.objects[object].seen) return "'" + s_.object_name(object) + "' is not seen";
   }
   return "";
 }
@@ -135,7 +135,6 @@ bool Sequencer::ChangeGoal(const Goal& goal) {
   if (!goal.temporal) symbolic::WithGoal(*monitor_->problem(), goal.pddl, {});
   new_goal_ = goal;
   ++goals_;
-  in_vain_ = {};
   return true;
 }
 
@@ -148,16 +147,17 @@ void Sequencer::Verify() {
 // Before an action begins: whether the plan from it on still reaches the goal.
 bool Sequencer::AllowsAction(int action) {
   if (!monitor_) return true;
-  if (const std::string object = LiesOtherwise(action); !object.empty()) {
-    std::string why;
-    return !AskForPlan("'" + object + "' lies on another side", &why);
+  std::string reason, why;
+  if (const ObjectId object = LiesOtherwise(action); object != kNone) {
+    reason = "'" + s_.object_name(object) + "' lies on another side";
+  } else {
+    if (!monitor_->changed()) return true;
+    const PlanOutlook outlook = monitor_->Look(action);
+    if (outlook.reaches) return true;
+    reason = outlook.reason;
   }
-  if (!monitor_->changed()) return true;
-  const PlanOutlook outlook = monitor_->Look(action);
-  if (outlook.reaches) return true;
-  std::string why;
   // Where no plan can be asked for, the action is tried all the same.
-  return !AskForPlan(outlook.reason, &why);
+  return !AskForPlan(reason, &why);
 }
 
 bool Sequencer::AskForPlan(const std::string& reason, std::string* why) {
@@ -213,7 +213,7 @@ void Sequencer::Request(PlanRequest request, int action, const std::string& reas
   pending.due = s_.time + options_.replanning.latency;
   pending.reason = reason;
   pending.goals = goals_;
-  pending.request = request;
+  pending.request = request;  // What it was asked with, should there be none.
   pending.answer =
       std::async(std::launch::async, [plan_anew = options_.replanning.plan_anew,
                                       request = std::move(request)] { return plan_anew(request); });
@@ -222,16 +222,17 @@ void Sequencer::Request(PlanRequest request, int action, const std::string& reas
 
 // What was not found is not looked for again until something has moved.
 void Sequencer::AskAgain() {
-  const Again again = std::move(*ask_again_);
+  Again again = std::move(*ask_again_);
   ask_again_.reset();
   PlanRequest request = MakeRequest();
-  if (IsLike(request, in_vain_)) return FailToPlan(why_not_, again.reason);
+  if (again.goals == goals_ && IsLike(request, again.in_vain)) return FailToPlan(std::move(again));
   Request(std::move(request), again.action, again.reason);
 }
 
-void Sequencer::FailToPlan(const std::string& text, const std::string& reason) {
-  if (++fruitless_ >= options_.replanning.max_failures) return EndFailed(text);
-  ask_again_ = {s_.time + options_.replanning.wait, reason, ask_action_};
+void Sequencer::FailToPlan(Again again) {
+  if (++fruitless_ >= options_.replanning.max_failures) return EndFailed(again.why_not);
+  again.due = s_.time + options_.replanning.wait;
+  ask_again_ = std::move(again);
 }
 
 void Sequencer::AdoptAnswer() {
@@ -278,11 +279,14 @@ void Sequencer::AdoptAnswer() {
       return EnterStep(s_.step);
     }
   }
-  if (fruitless_ == 0) s_.Record(EventKind::kWaiting, pending.reason + "; no plan from here: " + why);
-  why_not_ = pending.reason + "; no plan from here: " + why;
-  in_vain_ = std::move(pending.request);
-  ask_action_ = pending.action;
-  FailToPlan(why_not_, pending.reason);
+  Again again;
+  again.why_not = pending.reason + "; no plan from here: " + why;
+  again.reason = std::move(pending.reason);
+  again.action = pending.action;
+  again.goals = pending.goals;
+  again.in_vain = std::move(pending.request);
+  if (fruitless_ == 0) s_.Record(EventKind::kWaiting, again.why_not);
+  FailToPlan(std::move(again));
 }
 
 }  // namespace tether::execution

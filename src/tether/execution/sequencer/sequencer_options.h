@@ -27,26 +27,19 @@ struct GripperSettling {
   double open_slack = 0.002;  ///< … less this, m.
 };
 
-/// What the sequencer does alike whatever moves the arm. The defaults are those of torques; what is said to
-/// be for one kind of command only is on the list to be united.
+/// What the sequencer does alike whatever moves the arm. The defaults are those of torques.
 struct SequencerOptions {
   double period = 0.001;          ///< Time between ticks, s.
   double least_width = 0.002;     ///< Closed further than this, the gripper holds nothing, m.
   double slip_distance = 0.03;    ///< An object displaced further in the hand is lost, m …
   double slip_angle = 0.6;        ///< … or turned further, rad …
   double lost_time = 0.0485;      ///< … for so long (between two ticks), s.
-  bool watches_width = true;      ///< It is lost as well when the fingers close further; torques only.
   double least_progress = 0.001;  ///< See ProgressWatch.
   double stall_time = 1.5;        ///< A verb without progress for so long has stalled, s.
   double verb_timeout = 40;       ///< s
   int max_retries = 2;            ///< Per action.
   double retry_spacing = 1;       ///< No retry begins sooner after the last one, s; the arm rests meanwhile.
-  double recovery_rise = 0.08;    ///< The hand rises before a retry, m; 0: it does not. Torques only.
-  /// A retry counts for the action that failed; else, for the one that is resumed. The former for torques
-  /// only.
-  bool failing_action_pays = true;
-  bool passes_at_once = false;  ///< Verbs that are done at once take no tick; velocities only.
-  bool filters_poses = true;    ///< The objects' poses are filtered, not just their velocities; torques only.
+  bool filters_poses = true;      ///< The objects' poses are filtered, not just their velocities.
   GripperSettling gripper;
   FaultOptions faults;
   Alternative alternative;   ///< Asked when an action can't be done; none: the run fails then.
