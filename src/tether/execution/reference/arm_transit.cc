@@ -21,8 +21,24 @@ constexpr double kTiltShare = 0.9;
 // A velocity at the start is taken up within this time, s, or longer so that it asks for no more than this
 // share of the joints' accelerations.
 constexpr double kTakeUp = 0.12, kTakeUpShare = 0.5;
+// Goals that are nearer than this are reached along a straight line, m and rad.
+constexpr double kNear = 0.02, kNearTurned = 0.1;
+// A goal that has moved by more since the path was found gets another path, m and rad.
+constexpr double kGoalMoved = 0.02, kGoalTurned = 0.15;
+
+bool IsWithin(const math::Pose& a, const math::Pose& b, double distance, double angle) {
+  return (a.p - b.p).norm() <= distance && math::AngleBetween(a.R, b.R) <= angle;
+}
 
 }  // namespace
+
+bool IsNearForTransit(const math::Pose& X_BH, const math::Pose& X_BGoal) {
+  return IsWithin(X_BH, X_BGoal, kNear, kNearTurned);
+}
+
+bool HasMovedForTransit(const math::Pose& X_BGoal, const math::Pose& X_BGoalThen) {
+  return !IsWithin(X_BGoal, X_BGoalThen, kGoalMoved, kGoalTurned);
+}
 
 ArmTransit::ArmTransit(const Situation& situation, const ArmTransitOptions& options,
                        const std::vector<control::ConstraintSpec>& constraints)

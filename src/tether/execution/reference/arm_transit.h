@@ -15,6 +15,13 @@
 
 namespace tether::execution {
 
+/// So often in a step or reach a path is looked for; then the hand goes straight.
+inline constexpr int kMostTransits = 6;
+/// Whether a goal of the hand is so near that it is reached along a straight line.
+bool IsNearForTransit(const math::Pose& X_BH, const math::Pose& X_BGoal);
+/// Whether a goal has moved so far since a path to it was found that it gets another one.
+bool HasMovedForTransit(const math::Pose& X_BGoal, const math::Pose& X_BGoalThen);
+
 /// The motion of the whole arm from where it stands to a pose of the hand: found around everything that
 /// stands there, timed, followed sample by sample, watched, and braked when something comes into it. The
 /// same whatever follows it.

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -17,19 +16,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDamping = 0.02;
-constexpr double kMaxStep = 0.4;  // rad
-// What a radian counts, m, and errors that are none.
-constexpr double kLever = 0.2;
-constexpr double kThere = 0.004;       // m
-constexpr double kThereAngle = 0.025;  // rad
 
 }  // namespace
 
 GoalSearch::GoalSearch(const std::shared_ptr<const robot::Model>& model)
-    : model_(model),
+    : JointSearch(model),
       kinematics_(model),
-      q_(model->home()),
-      given_(q_),
       step_(Eigen::VectorXd::Zero(model->dof())),
       J_BH_(6, model->dof()) {}
 
@@ -48,25 +40,8 @@ void GoalSearch::Start(std::vector<constraints::PoseFunctionPtr> functions, cons
   rows_J_.setZero(largest, 12);
   X_BT_ = X_BTarget;
   X_HF_ = X_HF;
-  given_ = q;
-  random_ = Random(1);
-  start_ = -1;
-  least_ = nearest_m_ = nearest_rad_ = std::numeric_limits<double>::infinity();
-  state_ = size > 0 ? State::kSearching : State::kReached;
-  if (state_ == State::kSearching) NextStart();
-}
-
-void GoalSearch::NextStart() {
-  iteration_ = 0;
-  if (++start_ >= kStarts) {
-    state_ = State::kOutOfReach;
-  } else if (start_ == 0) {
-    q_ = given_;
-  } else if (start_ == 1) {
-    q_ = model_->home();
-  } else {
-    for (int i = 0; i < q_.size(); ++i) q_[i] = random_.Uniform(model_->lower()[i], model_->upper()[i]);
-  }
+  Begin({&q, &model_->home()});
+  if (size == 0) state_ = State::kReached;
 }
 
 int GoalSearch::Evaluate(double* off_m, double* off_rad) {
@@ -100,16 +75,7 @@ void GoalSearch::Advance() {
   if (state_ != State::kSearching) return;
   double off_m = 0, off_rad = 0;
   const int rows = Evaluate(&off_m, &off_rad);
-  if (off_m + kLever * off_rad < least_) {
-    least_ = off_m + kLever * off_rad;
-    nearest_m_ = off_m;
-    nearest_rad_ = off_rad;
-  }
-  if (off_m < kThere && off_rad < kThereAngle) {
-    state_ = State::kReached;
-    return;
-  }
-  if (++iteration_ > kIterations) return NextStart();
+  if (!TakesStep(off_m, off_rad)) return;
   JJt_.noalias() = J_ * J_.transpose();
   JJt_.diagonal().array() += kDamping * kDamping;
   const Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1> y =

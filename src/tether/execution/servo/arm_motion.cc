@@ -7,12 +7,6 @@
 namespace tether::execution {
 namespace {
 
-// Goals that are nearer than this are reached along a straight line, m and rad.
-constexpr double kNear = 0.02, kNearTurned = 0.1;
-// A goal that has moved by more since the path was found gets another path, m and rad …
-constexpr double kMoved = 0.02, kMovedTurned = 0.15;
-// … as often as this in a reach; then the hand goes straight.
-constexpr int kMostTransits = 6;
 // This near to the end of a path the hand may turn into the approach, m and rad, if it lags by no more than
 // this and has this room about it, m.
 constexpr double kCorner = 0.03, kCornerTurn = 0.15, kCornerLag = 0.01, kCornerRoom = 0.04;
@@ -36,9 +30,7 @@ void ReferenceServo::BeginTransit(const planning::ReachVerb& verb, const Eigen::
     return math::Between(s_.X_WB, X_WT * ToolGoal(reach) * X_ToolHand);
   };
   const math::Pose X_BH = hand(verb, X_ToolHand_);
-  if (math::AngleBetween(s_.X_WH.R, (s_.X_WB * X_BH).R) < kNearTurned &&
-      (s_.X_WH.p - (s_.X_WB * X_BH).p).norm() < kNear)
-    return;
+  if (IsNearForTransit(math::Between(s_.X_WB, s_.X_WH), X_BH)) return;
   std::vector<motion::TransitGoal> goals;
   const auto add = [&](const math::Pose& X_ToolHand, bool planned, bool above) {
     motion::TransitGoal goal{hand(verb, X_ToolHand), {}, {}};
@@ -84,9 +76,7 @@ void ReferenceServo::WatchTransit(const planning::ReachVerb& verb) {
   }
   if (!transit_.braking()) {
     const math::Pose X_BG = math::Between(s_.X_WB, X_WF(frame_) * now_.X_TG);
-    const bool moved =
-        (X_BG.p - X_BGoal_.p).norm() > kMoved || math::AngleBetween(X_BG.R, X_BGoal_.R) > kMovedTurned;
-    if (moved || !transit_.IsFreeAhead()) transit_.Brake();
+    if (HasMovedForTransit(X_BG, X_BGoal_) || !transit_.IsFreeAhead()) transit_.Brake();
     return;
   }
   if (!transit_.at_rest()) return;

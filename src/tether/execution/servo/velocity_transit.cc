@@ -10,12 +10,6 @@ namespace {
 
 using math::Pose;
 
-// Goals that are nearer than this are reached along a straight line, m and rad.
-constexpr double kNear = 0.02, kNearTurned = 0.1;
-// A goal that has moved by more since the path was found gets another path, m and rad …
-constexpr double kMoved = 0.02, kMovedTurned = 0.15;
-// … as often as this in a step; then the hand goes straight.
-constexpr int kMostTransits = 6;
 // The path waits for joints that lag behind by more than this, rad.
 constexpr double kLag = 0.06;
 
@@ -54,7 +48,7 @@ void VelocityServo::BeginTransit(const planning::ReachVerb& reach) {
   ++transits_;
   X_BGoal_ = HandGoal(reach, *X_TC);
   const Pose X_BH = math::Between(s_.X_WB, s_.X_WH);
-  if ((X_BH.p - X_BGoal_.p).norm() < kNear && math::AngleBetween(X_BH.R, X_BGoal_.R) < kNearTurned) return;
+  if (IsNearForTransit(X_BH, X_BGoal_)) return;
   motion::TransitGoal goal{X_BGoal_, {}, {}};
   for (size_t i = ToIndex(s_.verb + 1); i < s_.verbs().size(); ++i) {
     if (const auto* next = std::get_if<planning::ReachVerb>(&s_.verbs()[i]))
@@ -90,9 +84,7 @@ Progress VelocityServo::FollowTransit(const planning::ReachVerb& reach) {
     Progress missing;
     const std::optional<Pose> X_TC = KeyPose(&missing);
     const Pose X_BG = X_TC ? HandGoal(reach, *X_TC) : X_BGoal_;
-    const bool moved =
-        (X_BG.p - X_BGoal_.p).norm() > kMoved || math::AngleBetween(X_BG.R, X_BGoal_.R) > kMovedTurned;
-    if (moved || !transit_.IsFreeAhead()) transit_.Brake();
+    if (HasMovedForTransit(X_BG, X_BGoal_) || !transit_.IsFreeAhead()) transit_.Brake();
   }
   const double lag = (s_.q - transit_.joints().q).cwiseAbs().maxCoeff();
   transit_.Advance(shared_.period, std::clamp(2 - lag / kLag, 0.0, 1.0));
